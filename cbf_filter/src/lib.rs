@@ -1,0 +1,1 @@
+//! Process 4: the composite neural CBF filter.

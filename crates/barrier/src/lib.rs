@@ -1,0 +1,1 @@
+//! Model file, network and gradient, composite CBF and CBF-QP.

@@ -1,0 +1,1 @@
+//! Fits the residual network to a value function.

@@ -1,0 +1,1 @@
+//! Social-force pedestrians, robot plants and scenarios.

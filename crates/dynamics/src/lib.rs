@@ -1,0 +1,1 @@
+//! Robot, obstacle and relative dynamics.

@@ -1,0 +1,1 @@
+//! The stack in one process and virtual time.

@@ -1,0 +1,1 @@
+//! Wire types and service names that the processes share.

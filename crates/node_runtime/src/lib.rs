@@ -1,0 +1,1 @@
+//! Typed ports over iceoryx2, clocks, the cyclic loop and health.

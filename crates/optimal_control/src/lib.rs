@@ -1,0 +1,1 @@
+//! LQR and SQP over Clarabel.

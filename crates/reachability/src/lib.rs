@@ -1,0 +1,1 @@
+//! Hamilton-Jacobi-Isaacs variational inequality on grids.

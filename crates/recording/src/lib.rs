@@ -1,0 +1,1 @@
+//! MCAP in and out: ROS 2 messages and raw wire messages.

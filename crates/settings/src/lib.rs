@@ -1,0 +1,1 @@
+//! One validated settings file for every process and offline tool.

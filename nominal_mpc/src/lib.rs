@@ -1,0 +1,1 @@
+//! Process 3: the nominal controller, blind to obstacles.

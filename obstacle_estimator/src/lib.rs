@@ -1,0 +1,1 @@
+//! Process 2: detections in, obstacle states and their derivatives out.

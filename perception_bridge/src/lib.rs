@@ -1,0 +1,1 @@
+//! Process 1: sources in, commands out.

@@ -1,0 +1,2 @@
+//! The `cncbf` command.
+fn main() {}
