@@ -1,0 +1,75 @@
+//! Process 4: the barrier, its quadratic program and the limits of trust.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Checked, non_negative, positive, positive_ms, require};
+
+/// Which evaluation kernel computes the barrier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KernelChoice {
+    /// The fastest this processor runs.
+    Auto,
+    /// Runs everywhere; the same bytes on every machine.
+    Portable,
+    /// x86-64 with AVX2 and FMA.
+    Avx2Fma,
+}
+
+/// Settings of `cbf_filter`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FilterSettings {
+    /// Model file, relative to the settings file, or `embedded:NAME`.
+    pub model: String,
+    /// Filter period, ms.
+    pub period_ms: u64,
+    /// Linear class-κ gain: α(h) = k·h with this k, 1/s.
+    pub alpha_per_s: f64,
+    /// Smoothing β of the softmin, 1/m.
+    pub beta_per_m: f64,
+    /// Weight of the squared slack in the CBF-QP; the squared control correction has weight 1.
+    pub slack_weight: f64,
+    /// Slack up to this counts as met, m/s.
+    pub slack_tolerance_mps: f64,
+    /// Buffer added to every radius, m (the paper's hardware experiments use one).
+    pub sdf_buffer_m: f64,
+    /// Obstacles whose centre is farther than this are left out, m; absent means all are taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensing_range_m: Option<f64>,
+    /// Motion the obstacle model does not explain: a radius grows by this times the age of its measurement, m/s.
+    pub unexplained_motion_mps: f64,
+    /// Oldest robot state that may be used, ms.
+    pub robot_state_max_age_ms: u64,
+    /// Longest silence of the estimator, ms.
+    pub estimator_max_silence_ms: u64,
+    /// Longest silence of perception, ms.
+    pub detections_max_age_ms: u64,
+    /// Longest silence of the nominal controller, ms.
+    pub nominal_max_silence_ms: u64,
+    /// A stamp this far ahead of the stack clock is refused, ms.
+    pub future_tolerance_ms: u64,
+    /// Evaluation kernel.
+    pub kernel: KernelChoice,
+}
+
+impl FilterSettings {
+    pub(crate) fn validate(&self) -> Checked {
+        require(!self.model.is_empty(), "filter.model", &self.model, "a file or embedded:NAME")?;
+        positive_ms("filter.period_ms", self.period_ms)?;
+        positive("filter.alpha_per_s", self.alpha_per_s)?;
+        positive("filter.beta_per_m", self.beta_per_m)?;
+        positive("filter.slack_weight", self.slack_weight)?;
+        non_negative("filter.slack_tolerance_mps", self.slack_tolerance_mps)?;
+        non_negative("filter.sdf_buffer_m", self.sdf_buffer_m)?;
+        if let Some(range) = self.sensing_range_m {
+            positive("filter.sensing_range_m", range)?;
+        }
+        non_negative("filter.unexplained_motion_mps", self.unexplained_motion_mps)?;
+        positive_ms("filter.robot_state_max_age_ms", self.robot_state_max_age_ms)?;
+        positive_ms("filter.estimator_max_silence_ms", self.estimator_max_silence_ms)?;
+        positive_ms("filter.detections_max_age_ms", self.detections_max_age_ms)?;
+        positive_ms("filter.nominal_max_silence_ms", self.nominal_max_silence_ms)?;
+        positive_ms("filter.future_tolerance_ms", self.future_tolerance_ms)
+    }
+}

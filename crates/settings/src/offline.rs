@@ -1,0 +1,109 @@
+//! How a model is computed: grid, solver, training.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Checked, bounds, non_negative, positive, require};
+
+/// Everything `cncbf solve` and `cncbf train` need beside robot and obstacle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OfflineSettings {
+    /// Name of the model, and of the files made for it.
+    pub name: String,
+    /// Grid of the value function.
+    pub grid: GridSettings,
+    /// Scheme and end of the solve.
+    pub solver: SolverSettings,
+    /// Fit of the network.
+    pub training: TrainingSettings,
+}
+
+/// A regular grid over the relative state z. A periodic axis leaves its maximum out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GridSettings {
+    /// Lower corner, in the units of z.
+    pub min: [f64; 4],
+    /// Upper corner, in the units of z.
+    pub max: [f64; 4],
+    /// Nodes along each axis.
+    pub count: [usize; 4],
+    /// Which axes are periodic.
+    pub periodic: [bool; 4],
+}
+
+/// Order of the spatial and temporal scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Accuracy {
+    /// First-order upwind differences, forward Euler.
+    Low,
+    /// Third-order weighted essentially non-oscillatory differences, third-order TVD Runge–Kutta.
+    High,
+}
+
+/// How the obstacle of the variational inequality enters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Formulation {
+    /// V ← min(V + Δt·Ĥ, ℓ).
+    Variational,
+    /// V ← V + Δt·min(Ĥ, 0), as in hj_reachability; for comparison.
+    Freezing,
+}
+
+/// Scheme and end of the solve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SolverSettings {
+    /// Order of the scheme.
+    pub accuracy: Accuracy,
+    /// How the obstacle enters.
+    pub formulation: Formulation,
+    /// Share of the largest stable time step, in (0, 1].
+    pub cfl: f64,
+    /// The solve stops unconverged after this, s.
+    pub max_horizon_s: f64,
+    /// Time between two looks at convergence, s.
+    pub check_interval_s: f64,
+    /// Converged once the share of nodes with V < 0 changes by less than this between two looks.
+    pub unsafe_share_tolerance: f64,
+}
+
+/// Fit of the residual network.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainingSettings {
+    /// Seed of the initial weights and of the shuffling.
+    pub seed: u64,
+    /// Passes over the samples.
+    pub epochs: u64,
+    /// Samples per step of Adam.
+    pub batch_size: usize,
+    /// First learning rate of Adam.
+    pub learning_rate: f64,
+    /// Last learning rate.
+    pub final_learning_rate: f64,
+    /// Subtracted from V before the fit, m: a margin toward the safe side.
+    pub margin_m: f64,
+}
+
+impl OfflineSettings {
+    pub(crate) fn validate(&self) -> Checked {
+        require(!self.name.is_empty(), "offline.name", &self.name, "a name")?;
+        let grid = &self.grid;
+        bounds("offline.grid.min / max", &grid.min, &grid.max)?;
+        require(grid.count.iter().all(|&n| n >= 4), "offline.grid.count", grid.count, "at least 4 along each axis")?;
+        let solver = &self.solver;
+        require(solver.cfl > 0.0 && solver.cfl <= 1.0, "offline.solver.cfl", solver.cfl, "in (0, 1]")?;
+        positive("offline.solver.max_horizon_s", solver.max_horizon_s)?;
+        positive("offline.solver.check_interval_s", solver.check_interval_s)?;
+        non_negative("offline.solver.unsafe_share_tolerance", solver.unsafe_share_tolerance)?;
+        let training = &self.training;
+        require(training.epochs > 0, "offline.training.epochs", training.epochs, "at least 1")?;
+        require(training.batch_size > 0, "offline.training.batch_size", training.batch_size, "at least 1")?;
+        positive("offline.training.learning_rate", training.learning_rate)?;
+        positive("offline.training.final_learning_rate", training.final_learning_rate)?;
+        non_negative("offline.training.margin_m", training.margin_m)
+    }
+}
