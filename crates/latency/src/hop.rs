@@ -1,0 +1,131 @@
+//! The stretches of the path from sensor to command that are measured.
+
+use messages::Ledger;
+use serde::{Deserialize, Serialize};
+
+/// One measured stretch between two stamps of a [`Ledger`].
+///
+/// The stretches of detections, robot states and nominal commands are counted once for each of these messages, in the
+/// first safe command that used it; those of the filter are counted in every cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hop {
+    /// Detections: first seen by the bridge → published by it.
+    Bridge,
+    /// Detections: published by the bridge → taken by the estimator.
+    BridgeToEstimator,
+    /// Obstacles: detections taken by the estimator → obstacles published.
+    Estimator,
+    /// Obstacles: published → a filter cycle began that used them first.
+    EstimatorToFilter,
+    /// Robot state: first seen by the bridge → a filter cycle began that used it first.
+    RobotStateToFilter,
+    /// Nominal command: robot state taken by the controller → command published.
+    Nominal,
+    /// Nominal command: published → a filter cycle began that used it first.
+    NominalToFilter,
+    /// Filter: cycle due → cycle began.
+    FilterLateness,
+    /// Filter: cycle began → safe command handed over.
+    FilterCompute,
+    /// Filter: beginning of one cycle → beginning of the next, where no command in between is missing.
+    FilterPeriod,
+    /// Detections first seen by the bridge → first safe command that used them handed over.
+    EndToEnd,
+}
+
+/// A pair of stamps, ns.
+pub(crate) struct Stretch {
+    pub(crate) start_ns: u64,
+    pub(crate) end_ns: u64,
+}
+
+impl Hop {
+    /// Every hop, in the order of the path.
+    pub const ALL: [Self; 11] = [
+        Self::Bridge,
+        Self::BridgeToEstimator,
+        Self::Estimator,
+        Self::EstimatorToFilter,
+        Self::RobotStateToFilter,
+        Self::Nominal,
+        Self::NominalToFilter,
+        Self::FilterLateness,
+        Self::FilterCompute,
+        Self::FilterPeriod,
+        Self::EndToEnd,
+    ];
+
+    /// The hops measured once for each frame of detections.
+    pub(crate) const OF_DETECTIONS: [Self; 5] =
+        [Self::Bridge, Self::BridgeToEstimator, Self::Estimator, Self::EstimatorToFilter, Self::EndToEnd];
+
+    /// The hops measured once for each nominal command.
+    pub(crate) const OF_NOMINAL: [Self; 2] = [Self::Nominal, Self::NominalToFilter];
+
+    /// The hops measured in every cycle from its own ledger.
+    pub(crate) const OF_CYCLE: [Self; 2] = [Self::FilterLateness, Self::FilterCompute];
+
+    /// Position in [`Hop::ALL`].
+    pub(crate) const fn index(self) -> usize {
+        self as usize
+    }
+
+    /// Name in tables and figures.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Bridge => "bridge",
+            Self::BridgeToEstimator => "bridge > estimator",
+            Self::Estimator => "estimator",
+            Self::EstimatorToFilter => "estimator > filter",
+            Self::RobotStateToFilter => "robot state > filter",
+            Self::Nominal => "nominal",
+            Self::NominalToFilter => "nominal > filter",
+            Self::FilterLateness => "filter lateness",
+            Self::FilterCompute => "filter compute",
+            Self::FilterPeriod => "filter period",
+            Self::EndToEnd => "end to end",
+        }
+    }
+
+    /// What lies between the two stamps, in one line.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::Bridge => "detections first seen by the bridge to published by it",
+            Self::BridgeToEstimator => "detections published to taken by the estimator",
+            Self::Estimator => "detections taken to obstacles published",
+            Self::EstimatorToFilter => "obstacles published to the first filter cycle that used them",
+            Self::RobotStateToFilter => "robot state first seen to the first filter cycle that used it",
+            Self::Nominal => "robot state taken by the controller to nominal command published",
+            Self::NominalToFilter => "nominal command published to the first filter cycle that used it",
+            Self::FilterLateness => "filter cycle due to begun",
+            Self::FilterCompute => "filter cycle begun to command handed over",
+            Self::FilterPeriod => "one filter cycle begun to the next begun",
+            Self::EndToEnd => "detections first seen to the first command that used them handed over",
+        }
+    }
+
+    /// The two stamps in `ledger`, or nothing where one of them was never set or the hop spans two commands.
+    pub(crate) fn stretch(self, ledger: &Ledger) -> Option<Stretch> {
+        let (start_ns, end_ns) = match self {
+            Self::Bridge => (ledger.detections_ingress_ns, ledger.detections_published_ns),
+            Self::BridgeToEstimator => (ledger.detections_published_ns, ledger.estimator_received_ns),
+            Self::Estimator => (ledger.estimator_received_ns, ledger.estimator_published_ns),
+            Self::EstimatorToFilter => (ledger.estimator_published_ns, ledger.filter_woke_ns),
+            Self::RobotStateToFilter => (ledger.robot_state_ingress_ns, ledger.filter_woke_ns),
+            Self::Nominal => (ledger.nominal_received_ns, ledger.nominal_published_ns),
+            Self::NominalToFilter => (ledger.nominal_published_ns, ledger.filter_woke_ns),
+            Self::FilterLateness => (ledger.filter_due_ns, ledger.filter_woke_ns),
+            Self::FilterCompute => (ledger.filter_woke_ns, ledger.filter_published_ns),
+            Self::FilterPeriod => return None,
+            Self::EndToEnd => (ledger.detections_ingress_ns, ledger.filter_published_ns),
+        };
+        (start_ns != 0 && end_ns != 0).then_some(Stretch { start_ns, end_ns })
+    }
+}
+
+impl core::fmt::Display for Hop {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.label())
+    }
+}
