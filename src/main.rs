@@ -1,2 +1,47 @@
-//! The `cncbf` command.
-fn main() {}
+//! The `cncbf` command: parses arguments and hands over. One file per subcommand; no logic of its own.
+
+mod cli;
+mod common;
+mod doctor;
+mod inspect;
+mod process;
+mod replay;
+mod run;
+mod run_folder;
+mod session;
+mod solve;
+mod train;
+mod why;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::{Cli, Command};
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    common::start_logging();
+    let outcome = match cli.command.unwrap_or(Command::Run(cli.run)) {
+        Command::Run(args) => run::run(&args),
+        Command::Replay(args) => replay::replay(&args),
+        Command::Why(args) => why::why(&args),
+        Command::Solve(args) => solve::solve(&args),
+        Command::Train(args) => train::train(&args),
+        Command::Inspect(args) => inspect::inspect(&args),
+        Command::Doctor(args) => doctor::doctor(&args),
+        Command::Bridge(args) => process::bridge(&args),
+        Command::Estimator(args) => process::estimator(&args),
+        Command::Nominal(args) => process::nominal(&args),
+        Command::Filter(args) => process::filter(&args),
+        Command::Record(args) => process::record(&args),
+    };
+    match outcome {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! What every subcommand needs: settings, logging, a look at the clock for progress.
+
+use std::io::IsTerminal;
+use std::path::Path;
+
+use anyhow::Context;
+use settings::Settings;
+
+use crate::cli::ProcessArgs;
+
+/// The settings used where none are named.
+pub(crate) const DEFAULT_SETTINGS: &str = include_str!("../config/ground_robot.toml");
+
+/// Logs to standard error, level by `RUST_LOG`, `warn` by default.
+pub(crate) fn start_logging() {
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .init();
+}
+
+/// Settings named on the command line, or the built-in ones.
+pub(crate) fn settings(args: &ProcessArgs) -> anyhow::Result<Settings> {
+    settings_from(args.config.as_deref())
+}
+
+/// Settings from a file, or the built-in ones.
+pub(crate) fn settings_from(file: Option<&Path>) -> anyhow::Result<Settings> {
+    match file {
+        Some(file) => Ok(Settings::load(file)?),
+        None => Settings::parse(DEFAULT_SETTINGS, Path::new("built-in settings"), Path::new("."))
+            .context("the built-in settings are invalid; this is a defect of the build"),
+    }
+}
+
+/// Whether a person watches standard error.
+pub(crate) fn someone_watches() -> bool {
+    std::io::stderr().is_terminal()
+}
