@@ -1,0 +1,69 @@
+//! What can go wrong, one enum per operation.
+
+/// Why a grid cannot be a target.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TargetError {
+    /// An axis without extent or nodes.
+    #[error("axis {axis} of the grid is empty or not finite; give it max > min and at least 2 nodes")]
+    Axis {
+        /// Index of the axis.
+        axis: usize,
+    },
+    /// A radius that is no radius.
+    #[error("the failure radius is {failure_radius_m} m; it must be finite and positive")]
+    Radius {
+        /// The radius, m.
+        failure_radius_m: f64,
+    },
+    /// Values and nodes do not match.
+    #[error("{values} values for a grid of {nodes} nodes; solve the value function again")]
+    Count {
+        /// Nodes of the grid.
+        nodes: usize,
+        /// Values given.
+        values: usize,
+    },
+    /// NaN or infinity.
+    #[error("the value at node {index} is not finite; solve the value function again")]
+    NotFinite {
+        /// Node.
+        index: usize,
+    },
+    /// `V ≤ ℓ` does not hold, so there is no residual to fit.
+    #[error(
+        "V exceeds the failure function by {excess_m} m at node {index}; was it solved for another radius?"
+    )]
+    AboveFailureFunction {
+        /// Node.
+        index: usize,
+        /// By how much, m.
+        excess_m: f64,
+    },
+}
+
+/// Why a training run gave no model.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TrainError {
+    /// A setting outside its range.
+    #[error("training setting `{setting}` is {value}; {expected}")]
+    Setting {
+        /// Name of the field.
+        setting: &'static str,
+        /// What it holds.
+        value: f64,
+        /// What it may hold.
+        expected: &'static str,
+    },
+    /// The progress callback asked to stop.
+    #[error("training was stopped in epoch {epoch}; start it again to get a model")]
+    Stopped {
+        /// Last finished epoch, from 1.
+        epoch: u64,
+    },
+    /// Loss or weights left the finite numbers.
+    #[error("the loss is not finite in epoch {epoch}; lower `learning_rate`")]
+    Diverged {
+        /// Epoch, from 1.
+        epoch: u64,
+    },
+}
