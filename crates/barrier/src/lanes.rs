@@ -1,0 +1,133 @@
+//! Eight `f32` side by side: the operations the network needs, and their plain-Rust form.
+//!
+//! Not here: the AVX2 form (`lanes_avx2`) and what is computed with lanes (`elementary`, `network_pass`).
+// The whole pass must be inlined into one function compiled for the chosen instruction set.
+#![allow(clippy::inline_always)]
+
+/// Lanes per group.
+pub(crate) const LANES: usize = 8;
+
+/// One group of eight numbers in memory, aligned for one AVX load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(32))]
+pub(crate) struct Group(pub(crate) [f32; LANES]);
+
+impl Group {
+    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+}
+
+/// Arithmetic on eight lanes at once. A comparison with NaN picks the second operand.
+pub(crate) trait Lanes: Copy {
+    /// Whether twelve accumulators fit the register file.
+    const MANY_REGISTERS: bool;
+
+    fn splat(value: f32) -> Self;
+    fn load(from: &Group) -> Self;
+    fn store(self, to: &mut Group);
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    fn div(self, other: Self) -> Self;
+    /// Returns `self · factor + summand`, rounded once or twice.
+    fn mul_add(self, factor: Self, summand: Self) -> Self;
+    /// Returns `self` where `self > other`, else `other`.
+    fn max(self, other: Self) -> Self;
+    /// Returns `−|self|`.
+    fn neg_abs(self) -> Self;
+    /// Returns `if_positive` where the sign bit of `self` is clear, else `if_negative`.
+    fn select_by_sign(self, if_positive: Self, if_negative: Self) -> Self;
+    /// Returns `self`, negated where the lowest bit of `parity` is set.
+    fn negate_where_odd(self, parity: Self) -> Self;
+    /// Returns `2ⁿ` for `self = 1.5 · 2²³ + n`, −126 ≤ n ≤ 127.
+    fn power_of_two(self) -> Self;
+}
+
+/// Plain Rust; the compiler vectorises it for whatever the target offers.
+#[derive(Clone, Copy)]
+pub(crate) struct PortableLanes([f32; LANES]);
+
+impl PortableLanes {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let mut out = self;
+        for lane in 0..LANES {
+            out.0[lane] = f(self.0[lane], other.0[lane]);
+        }
+        out
+    }
+}
+
+impl Lanes for PortableLanes {
+    const MANY_REGISTERS: bool = false;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Self([value; LANES])
+    }
+
+    #[inline(always)]
+    fn load(from: &Group) -> Self {
+        Self(from.0)
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut Group) {
+        to.0 = self.0;
+    }
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, summand: Self) -> Self {
+        self.mul(factor).add(summand)
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn neg_abs(self) -> Self {
+        self.zip(self, |a, _| -a.abs())
+    }
+
+    #[inline(always)]
+    fn select_by_sign(self, if_positive: Self, if_negative: Self) -> Self {
+        let mut out = if_positive;
+        for lane in 0..LANES {
+            if self.0[lane].is_sign_negative() {
+                out.0[lane] = if_negative.0[lane];
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn negate_where_odd(self, parity: Self) -> Self {
+        self.zip(parity, |a, p| f32::from_bits(a.to_bits() ^ (p.to_bits() << 31)))
+    }
+
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        self.zip(self, |a, _| f32::from_bits((a.to_bits() << 23).wrapping_add(1.0_f32.to_bits())))
+    }
+}
