@@ -1,1 +1,34 @@
-//! Hamilton-Jacobi-Isaacs variational inequality on grids.
+//! Hamilton–Jacobi–Isaacs variational inequality on grids: from relative dynamics to the value function.
+//!
+//! Here live the grid, the upwind schemes, the time integration with its convergence test, and the file
+//! that carries a solved value function. Not here: the dynamics themselves (`dynamics`), the network that
+//! replaces the table (`barrier_training`), and any clock or terminal: progress goes to a callback.
+//!
+//! ```text
+//! dynamics ─┐
+//! grid ─────┼─> solve ──> Solution ──> ValueFunction ──> file, interpolation, gradient
+//! settings ─┘
+//! ```
+
+mod coefficients;
+mod failure;
+mod from_settings;
+mod grid;
+mod integrate;
+mod operator;
+mod settings;
+mod solve;
+mod stencil;
+mod upwind;
+mod value_file;
+mod value_function;
+
+pub use failure::disc_failure_function;
+pub use from_settings::{SettingsSolveError, solve_settings};
+pub use grid::{Axis, Cell, Grid, GridError, MIN_NODES};
+pub use settings::{
+    Convergence, Dissipation, SettingsError, SolverSettings, TimeIntegrator, TubeForm, UpwindScheme,
+};
+pub use solve::{HistoryEntry, Outcome, Progress, Solution, SolveError, memory_needed_at_most_bytes, solve};
+pub use value_file::ValueFileError;
+pub use value_function::{InputLimits, ProblemDescription, ValueFunction, ValueMetadata};

@@ -1,0 +1,162 @@
+//! The dynamics tabulated on the nodes, each coefficient stored as compactly as it varies.
+//!
+//! `ẋ = f + G_u u + G_d d` and the dissipation never change during a solve, so they are evaluated once,
+//! in f64, and kept in f32. Most are zero or depend on a few axes only; storing those as such saves
+//! both memory and the time to stream it.
+
+use crate::{Dissipation, Grid, SolveError};
+use dynamics::{InputBox, RelativeDynamics};
+use rayon::prelude::*;
+
+/// One coefficient on all nodes.
+pub(crate) enum Field {
+    /// Zero everywhere.
+    Zero,
+    /// One number per plane.
+    PerPlane(Vec<f32>),
+    /// The same plane everywhere.
+    Shared(Vec<f32>),
+    /// A number per node.
+    Full(Vec<f32>),
+}
+
+/// One coefficient on the nodes of one plane.
+#[derive(Clone, Copy)]
+pub(crate) enum OnPlane<'a> {
+    Zero,
+    Constant(f32),
+    Nodes(&'a [f32]),
+}
+
+impl Field {
+    /// Stores `values`, given per node, in the smallest form that holds them exactly.
+    fn compress(values: Vec<f32>, plane_len: usize) -> Self {
+        let planes = || values.chunks_exact(plane_len);
+        if values.iter().all(|&v| v == 0.0) {
+            Self::Zero
+        } else if planes().all(|plane| plane.iter().all(|v| *v == plane[0])) {
+            Self::PerPlane(planes().map(|plane| plane[0]).collect())
+        } else if planes().all(|plane| *plane == values[..plane_len]) {
+            Self::Shared(values[..plane_len].to_vec())
+        } else {
+            Self::Full(values)
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn on_plane(&self, plane: usize, plane_len: usize) -> OnPlane<'_> {
+        match self {
+            Self::Zero => OnPlane::Zero,
+            Self::PerPlane(values) => OnPlane::Constant(values[plane]),
+            Self::Shared(values) => OnPlane::Nodes(values),
+            Self::Full(values) => OnPlane::Nodes(&values[plane * plane_len..][..plane_len]),
+        }
+    }
+
+    pub(crate) fn is_zero(&self) -> bool {
+        matches!(self, Self::Zero)
+    }
+}
+
+/// Everything the Hamiltonian and its dissipation need per node.
+pub(crate) struct Coefficients<const N: usize, const NU: usize, const ND: usize> {
+    /// `f_i`, state units per second.
+    pub(crate) drift: [Field; N],
+    /// `(G_u)_ij`.
+    pub(crate) control: [[Field; NU]; N],
+    /// `(G_d)_ij`.
+    pub(crate) disturbance: [[Field; ND]; N],
+    /// Bound on `|∂H/∂p_i|`, state units per second; zero where the axis never moves.
+    pub(crate) dissipation: [Field; N],
+    /// Limits `(min, max)` of each control.
+    pub(crate) control_limits: [(f32, f32); NU],
+    /// Limits `(min, max)` of each disturbance.
+    pub(crate) disturbance_limits: [(f32, f32); ND],
+    /// `max_z Σ_i bound_i / spacing_i`, 1/s: the inverse of the longest stable step.
+    pub(crate) largest_rate_per_s: f64,
+}
+
+impl<const N: usize, const NU: usize, const ND: usize> Coefficients<N, NU, ND> {
+    /// Tabulates `dynamics` on `grid`.
+    ///
+    /// # Errors
+    /// * [`SolveError::NonFiniteDynamics`] where a coefficient is NaN, infinite or beyond f32.
+    pub(crate) fn new(
+        dynamics: &impl RelativeDynamics<N, NU, ND>,
+        grid: &Grid<N>,
+        dissipation: Dissipation,
+    ) -> Result<Self, SolveError> {
+        let (u_box, d_box) = (*dynamics.control_box(), *dynamics.disturbance_box());
+        let bound = |z: &[f64; N], i: usize| {
+            let rate = Rate {
+                drift: dynamics.drift(z)[i],
+                control: dynamics.control_jacobian(z)[i],
+                disturbance: dynamics.disturbance_jacobian(z)[i],
+            };
+            rate.bound(&u_box, &d_box, dissipation)
+        };
+        let spacing = grid.axes().map(|a| a.spacing());
+        let largest_rate_per_s = (0..grid.node_count())
+            .into_par_iter()
+            .map(|node| {
+                let z = grid.state(node);
+                (0..N).map(|i| bound(&z, i) / spacing[i]).sum()
+            })
+            .reduce(|| 0.0, f64::max);
+
+        let plane_len = grid.axes()[N - 2].count * grid.axes()[N - 1].count;
+        let mut finite = true;
+        let mut tabulate = |coefficient: &(dyn Fn(&[f64; N]) -> f64 + Sync)| {
+            let values: Vec<f32> = (0..grid.node_count())
+                .into_par_iter()
+                .map(|node| coefficient(&grid.state(node)) as f32)
+                .collect();
+            finite &= values.iter().all(|v| v.is_finite());
+            Field::compress(values, plane_len)
+        };
+        let table = Self {
+            drift: std::array::from_fn(|i| tabulate(&|z| dynamics.drift(z)[i])),
+            control: std::array::from_fn(|i| {
+                std::array::from_fn(|j| tabulate(&|z| dynamics.control_jacobian(z)[i][j]))
+            }),
+            disturbance: std::array::from_fn(|i| {
+                std::array::from_fn(|j| tabulate(&|z| dynamics.disturbance_jacobian(z)[i][j]))
+            }),
+            dissipation: std::array::from_fn(|i| tabulate(&|z| bound(z, i))),
+            control_limits: limits(&u_box),
+            disturbance_limits: limits(&d_box),
+            largest_rate_per_s,
+        };
+        if finite { Ok(table) } else { Err(SolveError::NonFiniteDynamics) }
+    }
+}
+
+/// One component of `ż` as a function of the inputs.
+struct Rate<const NU: usize, const ND: usize> {
+    drift: f64,
+    control: [f64; NU],
+    disturbance: [f64; ND],
+}
+
+impl<const NU: usize, const ND: usize> Rate<NU, ND> {
+    fn bound(&self, u: &InputBox<NU>, d: &InputBox<ND>, dissipation: Dissipation) -> f64 {
+        let inputs = || {
+            let control = (0..NU).map(|j| (self.control[j], u.min[j], u.max[j]));
+            control.chain((0..ND).map(|j| (self.disturbance[j], d.min[j], d.max[j])))
+        };
+        match dissipation {
+            Dissipation::BoxMagnitude => {
+                self.drift.abs() + inputs().map(|(g, lo, hi)| g.abs() * lo.abs().max(hi.abs())).sum::<f64>()
+            }
+            Dissipation::ReachableSpeed => {
+                let highest = self.drift + inputs().map(|(g, lo, hi)| (g * lo).max(g * hi)).sum::<f64>();
+                let lowest = self.drift + inputs().map(|(g, lo, hi)| (g * lo).min(g * hi)).sum::<f64>();
+                highest.abs().max(lowest.abs())
+            }
+        }
+    }
+}
+
+fn limits<const M: usize>(input: &InputBox<M>) -> [(f32, f32); M] {
+    std::array::from_fn(|j| (input.min[j] as f32, input.max[j] as f32))
+}

@@ -1,0 +1,134 @@
+//! The settings file's words for the game, grid and solver, turned into this crate's. The only place that
+//! knows both.
+
+use crate::{
+    Axis, Convergence, Dissipation, Grid, GridError, ProblemDescription, Progress, SolveError,
+    SolverSettings, TimeIntegrator, TubeForm, UpwindScheme, ValueFunction, disc_failure_function, solve,
+};
+use dynamics::{DoubleIntegratorPair, InputBox, InputBoxError, RelativeDynamics, UnicyclePair};
+use settings::{Accuracy, Formulation, GridSettings, ObstacleSettings, RobotKind, Settings};
+use std::ops::ControlFlow;
+
+/// Share of each moving axis, at either end, where the extrapolated boundary spoils `max |ΔV|`: on the
+/// paper's 80 nodes the outer six.
+const BOUNDARY_LAYER: f64 = 0.08;
+
+impl TryFrom<&GridSettings> for Grid<4> {
+    type Error = GridError;
+
+    fn try_from(settings: &GridSettings) -> Result<Self, GridError> {
+        Self::new(std::array::from_fn(|d| Axis {
+            min: settings.min[d],
+            max: settings.max[d],
+            count: settings.count[d],
+            periodic: settings.periodic[d],
+        }))
+    }
+}
+
+impl From<&settings::SolverSettings> for SolverSettings {
+    fn from(settings: &settings::SolverSettings) -> Self {
+        let (upwind, integrator) = match settings.accuracy {
+            Accuracy::Low => (UpwindScheme::FirstOrder, TimeIntegrator::Euler),
+            Accuracy::High => (UpwindScheme::Weno3, TimeIntegrator::TvdRk3),
+        };
+        Self {
+            upwind,
+            integrator,
+            dissipation: Dissipation::ReachableSpeed,
+            tube: match settings.formulation {
+                Formulation::Variational => TubeForm::Variational,
+                Formulation::Freezing => TubeForm::Freezing,
+            },
+            cfl: settings.cfl,
+            max_horizon_s: settings.max_horizon_s,
+            convergence: Convergence {
+                check_interval_s: settings.check_interval_s,
+                unsafe_share_tolerance: settings.unsafe_share_tolerance,
+                // Where the obstacle outruns the robot, far positive values keep falling for as long as the
+                // solve runs; only the zero level settles.
+                value_tolerance_m: None,
+                boundary_layer: BOUNDARY_LAYER,
+            },
+        }
+    }
+}
+
+/// Why the game of a settings file could not be solved.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SettingsSolveError {
+    /// The file says nothing about how to solve.
+    #[error("the settings have no table `offline`; add it, as in config/ground_robot_paper.toml")]
+    NoOfflineSettings,
+    /// The obstacle's limits do not fit the robot's kind.
+    #[error("`obstacle.disturbance_min` and `disturbance_max` do not fit this kind of robot: {0}")]
+    Disturbance(InputBoxError),
+    /// The robot's limits are no box.
+    #[error("`robot.control_min` and `control_max`: {0}")]
+    Control(InputBoxError),
+    /// The grid is none.
+    #[error("`offline.grid`: {0}")]
+    Grid(#[from] GridError),
+    /// The solve failed.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+}
+
+/// Solves the pairwise game that `settings` describe; what `cncbf solve` calls.
+///
+/// The failure radius is the robot's plus the default obstacle's, without buffer
+/// ([`Settings::failure_radius_m`]); the rest as in [`solve`].
+///
+/// # Errors
+/// See [`SettingsSolveError`].
+pub fn solve_settings(
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<ValueFunction, SettingsSolveError> {
+    let (robot, obstacle) = (&settings.robot, &settings.obstacle);
+    let control = InputBox::new(robot.control_min, robot.control_max).map_err(SettingsSolveError::Control)?;
+    match robot.kind {
+        RobotKind::Unicycle => {
+            let pair = UnicyclePair { control, disturbance: disturbance_box(obstacle)? };
+            solve_pair("unicycle_pair", &pair, settings, progress)
+        }
+        RobotKind::DoubleIntegrator => {
+            let pair = DoubleIntegratorPair { control, disturbance: disturbance_box(obstacle)? };
+            solve_pair("double_integrator_pair", &pair, settings, progress)
+        }
+    }
+}
+
+fn solve_pair<const NU: usize, const ND: usize>(
+    name: &str,
+    pair: &impl RelativeDynamics<4, NU, ND>,
+    settings: &Settings,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<ValueFunction, SettingsSolveError> {
+    let offline = settings.offline.as_ref().ok_or(SettingsSolveError::NoOfflineSettings)?;
+    let failure_radius_m = settings.failure_radius_m();
+    let solution = solve(
+        pair,
+        &disc_failure_function(failure_radius_m),
+        &Grid::try_from(&offline.grid)?,
+        &SolverSettings::from(&offline.solver),
+        progress,
+    )?;
+    let problem = ProblemDescription {
+        dynamics: name.to_owned(),
+        control: pair.control_box().into(),
+        disturbance: pair.disturbance_box().into(),
+        failure_radius_m,
+    };
+    Ok(ValueFunction::new(solution, problem))
+}
+
+fn disturbance_box<const ND: usize>(obstacle: &ObstacleSettings) -> Result<InputBox<ND>, SettingsSolveError> {
+    let ends = |ends: &[f64]| {
+        <[f64; ND]>::try_from(ends)
+            .map_err(|_| InputBoxError::WrongLength { expected: ND, given: ends.len() })
+    };
+    ends(&obstacle.disturbance_min)
+        .and_then(|min| InputBox::new(min, ends(&obstacle.disturbance_max)?))
+        .map_err(SettingsSolveError::Disturbance)
+}

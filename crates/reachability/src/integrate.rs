@@ -1,0 +1,102 @@
+//! Time steps of the whole grid on all cores.
+//!
+//! Nodes are independent within an evaluation and nothing is summed across them, so the result does
+//! not depend on the number of threads nor on the vector width.
+
+use crate::TimeIntegrator;
+use crate::operator::Operator;
+use pulp::Arch;
+use rayon::prelude::*;
+
+/// Weights of one evaluation: `out = keep · start + blend · (current + Δt Ĥ(current))`.
+#[derive(Clone, Copy)]
+struct Stage {
+    keep: f32,
+    blend: f32,
+}
+
+/// Steps a value backward in time.
+pub(crate) struct Stepper<const N: usize, const NU: usize, const ND: usize> {
+    operator: Operator<N, NU, ND>,
+    integrator: TimeIntegrator,
+    arch: Arch,
+    first: Vec<f32>,
+    second: Vec<f32>,
+}
+
+impl<const N: usize, const NU: usize, const ND: usize> Stepper<N, NU, ND> {
+    pub(crate) fn new(operator: Operator<N, NU, ND>, integrator: TimeIntegrator, nodes: usize) -> Self {
+        let second = match integrator {
+            TimeIntegrator::Euler => Vec::new(),
+            TimeIntegrator::TvdRk3 => vec![0.0; nodes],
+        };
+        Self { operator, integrator, arch: Arch::new(), first: vec![0.0; nodes], second }
+    }
+
+    /// Advances `values` by `step_s` further into the past, then applies `V ← min(V, ceiling)`.
+    pub(crate) fn step(&mut self, values: &mut Vec<f32>, step_s: f64, ceiling: Option<&[f32]>) {
+        let step = step_s as f32;
+        let whole = Stage { keep: 0.0, blend: 1.0 };
+        let mut first = std::mem::take(&mut self.first);
+        match self.integrator {
+            TimeIntegrator::Euler => self.evaluate(values, values, step, whole, ceiling, &mut first),
+            TimeIntegrator::TvdRk3 => {
+                let mut second = std::mem::take(&mut self.second);
+                let quarter = Stage { keep: 0.75, blend: 0.25 };
+                let two_thirds = Stage { keep: 1.0 / 3.0, blend: 2.0 / 3.0 };
+                self.evaluate(values, values, step, whole, None, &mut first);
+                self.evaluate(values, &first, step, quarter, None, &mut second);
+                self.evaluate(values, &second, step, two_thirds, ceiling, &mut first);
+                self.second = second;
+            }
+        }
+        std::mem::swap(values, &mut first);
+        self.first = first;
+    }
+
+    fn evaluate(
+        &self,
+        start: &[f32],
+        current: &[f32],
+        step: f32,
+        stage: Stage,
+        ceiling: Option<&[f32]>,
+        out: &mut [f32],
+    ) {
+        let len = self.operator.plane_len();
+        // Several tasks per thread even out their ends.
+        let planes_per_task = (out.len() / len).div_ceil(8 * rayon::current_num_threads());
+        out.par_chunks_mut(len * planes_per_task).enumerate().for_each_init(
+            || self.operator.scratch(),
+            |scratch, (task, out)| {
+                self.arch.dispatch(|| {
+                    for (k, out) in out.chunks_exact_mut(len).enumerate() {
+                        let plane = task * planes_per_task + k;
+                        let nodes = plane * len..(plane + 1) * len;
+                        self.operator.rate(current, plane, scratch, out);
+                        blend(out, &start[nodes.clone()], &current[nodes.clone()], step, stage);
+                        if let Some(ceiling) = ceiling {
+                            lower_to(out, &ceiling[nodes]);
+                        }
+                    }
+                });
+            },
+        );
+    }
+}
+
+/// Turns the rates in `out` into values.
+#[inline(always)]
+fn blend(out: &mut [f32], start: &[f32], current: &[f32], step: f32, Stage { keep, blend }: Stage) {
+    for ((out, &start), &current) in out.iter_mut().zip(start).zip(current) {
+        *out = keep * start + blend * (current + step * *out);
+    }
+}
+
+/// `values ← min(values, ceiling)`; unlike `f32::min` a NaN stays, so that it is noticed.
+#[inline(always)]
+fn lower_to(values: &mut [f32], ceiling: &[f32]) {
+    for (value, &ceiling) in values.iter_mut().zip(ceiling) {
+        *value = if ceiling < *value { ceiling } else { *value };
+    }
+}
