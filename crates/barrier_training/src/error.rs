@@ -3,12 +3,6 @@
 /// Why a grid cannot be a target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TargetError {
-    /// An axis without extent or nodes.
-    #[error("axis {axis} of the grid is empty or not finite; give it max > min and at least 2 nodes")]
-    Axis {
-        /// Index of the axis.
-        axis: usize,
-    },
     /// A radius that is no radius.
     #[error("the failure radius is {failure_radius_m} m; it must be finite and positive")]
     Radius {
@@ -24,18 +18,18 @@ pub enum TargetError {
         values: usize,
     },
     /// NaN or infinity.
-    #[error("the value at node {index} is not finite; solve the value function again")]
+    #[error("the value at node {node} is not finite; solve the value function again")]
     NotFinite {
         /// Node.
-        index: usize,
+        node: usize,
     },
     /// `V ≤ ℓ` does not hold, so there is no residual to fit.
     #[error(
-        "V exceeds the failure function by {excess_m} m at node {index}; was it solved for another radius?"
+        "V exceeds the failure function by {excess_m} m at node {node}; was it solved for another radius?"
     )]
     AboveFailureFunction {
         /// Node.
-        index: usize,
+        node: usize,
         /// By how much, m.
         excess_m: f64,
     },

@@ -9,6 +9,7 @@
 mod adam;
 mod block;
 mod error;
+mod export;
 mod kernel;
 pub mod network;
 mod packed;
@@ -23,8 +24,9 @@ mod train;
 mod verify;
 
 pub use error::{TargetError, TrainError};
+pub use export::{ExportError, parameters_of, to_model};
 pub use recipe::Recipe;
 pub use report::{ConditionReport, ErrorSummary, FitError, TrainedModel, TrainingReport};
-pub use residual_grid::{Axis, ResidualGrid, failure_function};
+pub use residual_grid::{ResidualGrid, failure_function};
 pub use train::{Progress, train};
 pub use verify::{barrier_condition, evaluate, fit_error};

@@ -40,7 +40,7 @@ impl Pool {
                 for i in 0..PANEL {
                     let entry = strata.pick(&mut rng);
                     let state = place(grid, recipe, entry, &mut rng);
-                    let residual = grid.interpolate_m(&state);
+                    let residual = grid.interpolate_m(&state).unwrap_or(0.0);
                     let value = failure_function(&state, grid.failure_radius_m()) - residual;
                     let nearness = (1.0 - value.abs() / recipe.near_band_m).max(0.0);
                     for k in 0..4 {
@@ -100,7 +100,7 @@ struct Strata {
 impl Strata {
     fn of(grid: &ResidualGrid, recipe: &Recipe) -> Self {
         let [mut near, mut active, mut inside, mut outside] = [const { Vec::new() }; 4];
-        for index in 0..grid.len() {
+        for index in 0..grid.node_count() {
             let state = grid.state(index);
             let failure = failure_function(&state, grid.failure_radius_m());
             for wrap in wraps(grid, recipe, &state) {
@@ -163,19 +163,15 @@ fn wraps(grid: &ResidualGrid, recipe: &Recipe, state: &[f64; 4]) -> impl Iterato
 mod tests {
     use super::*;
     use crate::panel::at;
-    use crate::residual_grid::Axis;
+    use reachability::{Axis, Grid};
 
     fn grid() -> ResidualGrid {
-        let plain = |min, max, count| Axis { min, max, count, periodic: false };
-        let angle = Axis { min: -3.0, max: 3.0, count: 12, periodic: true };
-        let axes = [plain(-3.0, 3.0, 16), plain(-3.0, 3.0, 16), angle, plain(0.0, 1.5, 4)];
-        let mut value = Vec::new();
-        for index in 0..16 * 16 * 12 * 4 {
-            let (x, y) = (index / 768, index / 48 % 16);
-            let position = [f64::from(x) * 0.4 - 3.0, f64::from(y) * 0.4 - 3.0, 0.0, 0.0];
-            value.push((failure_function(&position, 0.7) - 0.5) as f32);
-        }
-        ResidualGrid::from_value(axes, &value, 0.7).unwrap()
+        let square = Axis::bounded(-3.0, 3.0, 16);
+        let axes = [square, square, Axis::periodic(-3.0, 3.0, 12), Axis::bounded(0.0, 1.5, 4)];
+        let grid = Grid::new(axes).unwrap();
+        let states = (0..grid.node_count()).map(|node| grid.state(node));
+        let value: Vec<f32> = states.map(|z| (failure_function(&z, 0.7) - 0.5) as f32).collect();
+        ResidualGrid::new(grid, &value, 0.7).unwrap()
     }
 
     #[test]

@@ -44,8 +44,8 @@ impl Default for Recipe {
             jitter_share: 0.5,
             seam_overlap: 0.36,
             overestimate_weight: 3.0,
-            huber_m: 0.1,
-            first_layer_gain: 0.3,
+            huber_m: 0.03,
+            first_layer_gain: 0.5,
             warm_up_share: 0.01,
         }
     }

@@ -30,7 +30,7 @@ pub fn evaluate(parameters: &[f32], states: &[[f32; 4]]) -> Vec<(f32, [f32; 4])>
 }
 
 fn node_states(target: &ResidualGrid) -> Vec<[f32; 4]> {
-    (0..target.len()).map(|index| target.state(index).map(|c| c as f32)).collect()
+    (0..target.node_count()).map(|index| target.state(index).map(|c| c as f32)).collect()
 }
 
 /// Errors of the network against `target` at its nodes.
@@ -115,7 +115,7 @@ pub fn barrier_condition<const NU: usize, const ND: usize>(
 /// Mean and largest `|r(.., max, ..) - r(.., min, ..)|` over the nodes of the other axes, outside the failure set.
 fn seam(target: &ResidualGrid, parameters: &[f32]) -> (f64, f64) {
     let mut ends: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
-    for index in 0..target.len() {
+    for index in 0..target.node_count() {
         let state = target.state(index);
         if failure_function(&state, target.failure_radius_m()) <= 0.0 {
             continue;
