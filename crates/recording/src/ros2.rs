@@ -1,0 +1,30 @@
+//! The ROS 2 messages the stack reads and writes, each with its definition for recordings.
+//!
+//! Lives here: how a Rust struct becomes a `ros2msg` definition, and the comparison of definitions. The structs are in
+//! the submodules, one per ROS package. Field names are those of ROS, hence without units: SI throughout (REP-103).
+
+#[macro_use]
+mod definition;
+mod builtin_interfaces;
+mod geometry_msgs;
+mod nav_msgs;
+mod sensor_msgs;
+mod signature;
+mod std_msgs;
+mod tf2_msgs;
+mod vision_msgs;
+mod visualization_msgs;
+
+pub use builtin_interfaces::{Duration, Time};
+pub use definition::{Field, Ros2Message};
+pub use geometry_msgs::{
+    Accel, AccelStamped, Point, Pose, PoseArray, PoseStamped, PoseWithCovariance, Quaternion, Transform,
+    TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
+};
+pub use nav_msgs::Odometry;
+pub use sensor_msgs::CompressedImage;
+pub(crate) use signature::wire_signature;
+pub use std_msgs::{ColorRGBA, Float64, Header};
+pub use tf2_msgs::TFMessage;
+pub use vision_msgs::{BoundingBox3D, Detection3D, Detection3DArray, ObjectHypothesis, ObjectHypothesisWithPose};
+pub use visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate};

@@ -1,0 +1,17 @@
+//! Package `nav_msgs`: odometry.
+
+use super::{Header, PoseWithCovariance, TwistWithCovariance};
+
+ros_message! {
+    /// Pose in `header.frame_id`, velocity in `child_frame_id`.
+    "nav_msgs/Odometry" Odometry {
+        /// When, and the frame of the pose.
+        header: Header,
+        /// The frame of the robot, in which the twist is expressed.
+        child_frame_id: String,
+        /// Pose of the robot.
+        pose: PoseWithCovariance,
+        /// Velocity of the robot.
+        twist: TwistWithCovariance,
+    }
+}
