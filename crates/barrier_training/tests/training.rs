@@ -1,0 +1,160 @@
+//! Whole training runs: on the quadrotor pair, whose value function has a closed form, and what must not change a run.
+
+use barrier_training::{Progress, Recipe, ResidualGrid, TrainError, evaluate, failure_function, train};
+use reachability::{Axis, Grid};
+use settings::TrainingSettings;
+use std::ops::ControlFlow;
+
+const RADIUS_M: f64 = 0.7;
+/// Bounds of the short run below. It measured 11 mm at the nodes, 10 mm between them, 14 mm near the zero level and a
+/// false-safe share of 1 %.
+const BOUND_MEAN_M: f64 = 0.02;
+const BOUND_NEAR_M: f64 = 0.025;
+const BOUND_FALSE_SAFE: f64 = 0.03;
+
+/// `V = max_a min_t |p + v t + a t²/2| - R` with `|a_k| ≤ 1`: what the double-integrator pair with 2 m/s² against
+/// 1 m/s² comes to, where no two minima in time are active at once.
+fn closed_form(z: &[f64; 4]) -> f64 {
+    let steps = |n: i32| (-n..=n).map(move |i| f64::from(i) / f64::from(n));
+    let distance = |a: [f64; 2]| {
+        let squared = (0..40).map(|i| {
+            let t = f64::from(i) * 0.08;
+            (0..2).map(|k| (z[k] + z[k + 2] * t + 0.5 * a[k] * t * t).powi(2)).sum::<f64>()
+        });
+        squared.fold(f64::INFINITY, f64::min)
+    };
+    let best = steps(2).flat_map(|x| steps(2).map(move |y| distance([x, y]))).fold(0.0, f64::max);
+    best.sqrt() - RADIUS_M
+}
+
+fn target(nodes: [usize; 2]) -> ResidualGrid {
+    let position = Axis::bounded(-4.0, 4.0, nodes[0]);
+    let velocity = Axis::bounded(-2.5, 2.5, nodes[1]);
+    let grid = Grid::new([position, position, velocity, velocity]).unwrap();
+    let value: Vec<f32> = (0..grid.node_count()).map(|node| closed_form(&grid.state(node)) as f32).collect();
+    ResidualGrid::new(grid, &value, RADIUS_M).unwrap()
+}
+
+fn settings(epochs: u64) -> TrainingSettings {
+    TrainingSettings {
+        seed: 3,
+        epochs,
+        batch_size: 512,
+        learning_rate: 8e-3,
+        final_learning_rate: 1e-4,
+        margin_m: 0.0,
+    }
+}
+
+fn go(_: Progress) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+#[test]
+fn fits_the_closed_form_of_the_quadrotor_pair() {
+    let target = target([24, 9]);
+    let recipe = Recipe { pool_samples: 1 << 16, ..Recipe::default() };
+    let mut losses = Vec::new();
+    let mut watch = |p: Progress| {
+        losses.push(p.loss);
+        ControlFlow::Continue(())
+    };
+    let trained = train(&target, &settings(16), &recipe, &mut watch).unwrap();
+    assert_eq!(losses, trained.report.loss_history);
+    assert!(losses[15] < 0.1 * losses[0], "{losses:?}");
+    let fit = trained.report.fit;
+    assert!(fit.outside.mean_m < BOUND_MEAN_M, "{fit:?}");
+    assert!(fit.near_zero.mean_m < BOUND_NEAR_M, "{fit:?}");
+    assert!(fit.false_safe_share < BOUND_FALSE_SAFE, "{fit:?}");
+
+    // Between the nodes too, against the closed form itself.
+    let states: Vec<[f32; 4]> = (0..2000_u32)
+        .map(|i| {
+            let halton = |base: u32, half: f32| {
+                let (mut f, mut x, mut n) = (1.0, 0.0, i + 1);
+                while n > 0 {
+                    f /= base as f32;
+                    x += f * (n % base) as f32;
+                    n /= base;
+                }
+                (2.0 * x - 1.0) * half
+            };
+            [halton(2, 3.8), halton(3, 3.8), halton(5, 2.3), halton(7, 2.3)]
+        })
+        .collect();
+    let (mut sum, mut count) = (0.0, 0);
+    for (z, (residual, _)) in states.iter().zip(evaluate(&trained.parameters, &states)) {
+        assert!(residual >= 0.0);
+        let z = z.map(f64::from);
+        let failure = failure_function(&z, RADIUS_M);
+        if failure > 0.0 {
+            sum += (failure - f64::from(residual) - closed_form(&z)).abs();
+            count += 1;
+        }
+    }
+    let mean = sum / f64::from(count);
+    assert!(mean < BOUND_MEAN_M, "{mean} m between the nodes");
+}
+
+#[test]
+fn a_margin_lowers_the_value_by_about_itself() {
+    let target = target([16, 7]);
+    let recipe = Recipe { pool_samples: 1 << 14, overestimate_weight: 0.0, ..Recipe::default() };
+    let bias = |margin_m| {
+        let settings = TrainingSettings { margin_m, ..settings(10) };
+        train(&target, &settings, &recipe, &mut go).unwrap().report.fit.near_zero.bias_m
+    };
+    let shift = bias(0.1) - bias(0.0);
+    assert!((-0.13..-0.07).contains(&shift), "{shift} m");
+}
+
+#[test]
+fn neither_threads_nor_repetition_change_a_bit_but_the_seed_does() {
+    let target = target([16, 7]);
+    let recipe = Recipe { pool_samples: 1 << 13, ..Recipe::default() };
+    let bits = |threads, seed| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let settings = TrainingSettings { seed, ..settings(2) };
+        let trained = pool.install(|| train(&target, &settings, &recipe, &mut go)).unwrap();
+        trained.parameters.iter().map(|p| p.to_bits()).collect::<Vec<_>>()
+    };
+    let first = bits(1, 3);
+    assert_eq!(first, bits(1, 3));
+    assert_eq!(first, bits(3, 3));
+    assert_ne!(first, bits(1, 4));
+}
+
+#[test]
+fn progress_can_stop_a_run() {
+    let recipe = Recipe { pool_samples: 512, ..Recipe::default() };
+    let mut stop =
+        |p: Progress| if p.epoch == 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let stopped = train(&target([8, 5]), &settings(5), &recipe, &mut stop);
+    assert_eq!(stopped.unwrap_err(), TrainError::Stopped { epoch: 2 });
+}
+
+#[test]
+fn a_learning_rate_beyond_reason_is_reported_as_divergence() {
+    let recipe = Recipe { pool_samples: 512, ..Recipe::default() };
+    let wild = TrainingSettings { learning_rate: 1e38, ..settings(5) };
+    let diverged = train(&target([8, 5]), &wild, &recipe, &mut go);
+    assert!(matches!(diverged, Err(TrainError::Diverged { .. })), "{diverged:?}");
+}
+
+#[test]
+fn settings_out_of_range_are_named() {
+    let target = target([8, 5]);
+    let named = |settings: TrainingSettings, recipe: Recipe| match train(&target, &settings, &recipe, &mut go)
+    {
+        Err(TrainError::Setting { setting, .. }) => setting,
+        other => panic!("{other:?}"),
+    };
+    let recipe = Recipe::default();
+    assert_eq!(named(settings(0), recipe), "epochs");
+    assert_eq!(named(TrainingSettings { batch_size: 300, ..settings(1) }, recipe), "batch_size");
+    assert_eq!(named(TrainingSettings { learning_rate: f64::NAN, ..settings(1) }, recipe), "learning_rate");
+    assert_eq!(named(TrainingSettings { margin_m: -0.1, ..settings(1) }, recipe), "margin_m");
+    assert_eq!(named(settings(1), Recipe { huber_m: 0.0, ..recipe }), "huber_m");
+    let shares = Recipe { share_near: 0.9, share_active: 0.3, ..recipe };
+    assert_eq!(named(settings(1), shares), "share_near + share_active + share_inside");
+}
