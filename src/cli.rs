@@ -310,7 +310,6 @@ pub enum Controller {
 
 /// Evaluation kernels by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[value(rename_all = "snake_case")]
 pub enum KernelName {
     /// Runs everywhere
     Portable,

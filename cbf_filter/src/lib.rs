@@ -1,1 +1,20 @@
 //! Process 4: the composite neural CBF filter.
+//!
+//! [`SafetyFilter::step`] takes the newest robot state, obstacles and nominal command and always returns a finite
+//! [`messages::SafeCommand`]: corrected by the CBF-QP where its inputs can be trusted, a brake where they cannot. It is
+//! pure: no clock, no port, no allocation. [`shell::run`] gives it time and ports, 250 times a second.
+//!
+//! What is deliberately absent: planning (the nominal controller's business), estimation (the estimator's), and any
+//! way to switch the filter off.
+
+mod brake;
+mod filter;
+mod ladder;
+mod model;
+mod prediction;
+pub mod shell;
+mod trust;
+
+pub use filter::{Inputs, SafetyFilter};
+pub use ladder::rung;
+pub use model::{EMBEDDED_MODELS, FilterSetupError, load_model};

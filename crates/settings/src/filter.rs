@@ -6,7 +6,7 @@ use crate::error::{Checked, non_negative, positive, positive_ms, require};
 
 /// Which evaluation kernel computes the barrier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum KernelChoice {
     /// The fastest this processor runs.
     Auto,

@@ -1,0 +1,60 @@
+//! The fallback that needs no input at all: come to a halt.
+
+use messages::{ControlKind, RobotState};
+use settings::{RobotKind, RobotSettings};
+
+/// Below this the robot counts as standing, m/s.
+const STANDSTILL_MPS: f64 = 1e-3;
+
+/// Remembers how fast the robot moves, so that it can be braked even when nothing is heard of it any more.
+#[derive(Debug, Clone)]
+pub(crate) struct Brake {
+    kind: ControlKind,
+    deceleration_mps2: f64,
+    /// Unicycle: `[forward speed, 0]` as last commanded. Double integrator: velocity in `odom` as last measured.
+    velocity_mps: [f64; 2],
+}
+
+impl Brake {
+    pub(crate) fn new(robot: &RobotSettings) -> Self {
+        let kind = match robot.kind {
+            RobotKind::Unicycle => ControlKind::Unicycle,
+            RobotKind::DoubleIntegrator => ControlKind::DoubleIntegrator,
+        };
+        Self { kind, deceleration_mps2: robot.brake_deceleration_mps2, velocity_mps: [0.0; 2] }
+    }
+
+    /// Notes the command that was sent and the state it was made from, as the starting point of a later brake.
+    pub(crate) fn note(&mut self, state: &RobotState, control: [f64; 2]) {
+        self.velocity_mps = match self.kind {
+            ControlKind::Unicycle => [control[0], 0.0],
+            ControlKind::DoubleIntegrator => state.velocity_in_odom_mps(),
+        };
+    }
+
+    /// Takes a fresh measurement while braking; only the double integrator, whose command is an acceleration, needs it.
+    pub(crate) fn observe(&mut self, state: &RobotState) {
+        match self.kind {
+            ControlKind::Unicycle => {}
+            ControlKind::DoubleIntegrator => self.velocity_mps = state.velocity_in_odom_mps(),
+        }
+    }
+
+    /// One period of braking along the present direction of motion: the control, and whether the robot stands with it.
+    pub(crate) fn step(&mut self, period_s: f64) -> ([f64; 2], bool) {
+        let speed = self.velocity_mps[0].hypot(self.velocity_mps[1]);
+        if speed <= STANDSTILL_MPS {
+            self.velocity_mps = [0.0; 2];
+            return ([0.0; 2], true);
+        }
+        let slower = (speed - self.deceleration_mps2 * period_s).max(0.0);
+        let [vx, vy] = self.velocity_mps;
+        let next = [vx * slower / speed, vy * slower / speed];
+        let control = match self.kind {
+            ControlKind::Unicycle => next,
+            ControlKind::DoubleIntegrator => [(next[0] - vx) / period_s, (next[1] - vy) / period_s],
+        };
+        self.velocity_mps = next;
+        (control, slower <= STANDSTILL_MPS)
+    }
+}

@@ -1,0 +1,270 @@
+//! One cycle of the filter: from the newest inputs to one safe command.
+
+use barrier::{
+    BarrierConstraint, BarrierObstacle, CbfQp, CompositeBarrier, CompositeSample, Kernel, Model, QpSolution,
+};
+use dynamics::{DoubleIntegratorPair, UnicyclePair};
+use messages::{
+    ControlKind, Ledger, MAX_OBSTACLES, NominalCommand, Obstacles, Reason, RobotState, SafeCommand,
+    SafetyStatus,
+};
+use node_runtime::Tick;
+use settings::{KernelChoice, Settings};
+
+use crate::brake::Brake;
+use crate::ladder::rung;
+use crate::model::FilterSetupError;
+use crate::prediction::{self, Inflation};
+use crate::trust::{Limits, Trusted};
+
+/// The newest message of each kind; `None` where none has arrived yet.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Inputs<'a> {
+    /// Where the robot is.
+    pub robot_state: Option<&'a RobotState>,
+    /// What is around it.
+    pub obstacles: Option<&'a Obstacles>,
+    /// What it would do alone.
+    pub nominal: Option<&'a NominalCommand>,
+}
+
+/// The pair of robot and obstacle dynamics that the model was made for.
+pub(crate) enum Pair {
+    Unicycle(UnicyclePair),
+    DoubleIntegrator(DoubleIntegratorPair),
+}
+
+/// The composite neural CBF filter: constructed once, stepped once per period. See [`SafetyFilter::step`].
+pub struct SafetyFilter {
+    pair: Pair,
+    control_kind: ControlKind,
+    barrier: CompositeBarrier,
+    qp: CbfQp<2>,
+    limits: Limits,
+    inflation: Inflation,
+    brake: Brake,
+    alpha_per_s: f64,
+    slack_tolerance_mps: f64,
+    sensing_range_m: f64,
+    period_s: f64,
+    sequence: u64,
+    newest_state_ns: u64,
+    /// The obstacles of this cycle as the barrier wants them, and their identities.
+    obstacles: Vec<BarrierObstacle>,
+    track_ids: Vec<u64>,
+}
+
+/// What the barrier and the QP made of trusted inputs.
+struct Correction {
+    solution: QpSolution<2>,
+    sample: CompositeSample,
+}
+
+impl SafetyFilter {
+    /// Prepares the filter for `settings` with a model that fits them.
+    ///
+    /// # Errors
+    /// [`FilterSetupError`] if the model was made for other dynamics, bounds or radius, or the kernel does not run here.
+    pub fn new(settings: &Settings, model: &Model) -> Result<Self, FilterSetupError> {
+        let pair = crate::model::pair_that_fits(settings, model)?;
+        let (robot, filter) = (&settings.robot, &settings.filter);
+        let (control, control_kind) = match &pair {
+            Pair::Unicycle(pair) => (pair.control, ControlKind::Unicycle),
+            Pair::DoubleIntegrator(pair) => (pair.control, ControlKind::DoubleIntegrator),
+        };
+        let kernel = match filter.kernel {
+            KernelChoice::Auto => Kernel::detect(),
+            KernelChoice::Portable => Kernel::Portable,
+            KernelChoice::Avx2Fma => Kernel::Avx2Fma,
+        };
+        Ok(Self {
+            pair,
+            control_kind,
+            barrier: CompositeBarrier::new(model, kernel, filter.beta_per_m)?,
+            qp: CbfQp::new(control, filter.slack_weight)?,
+            limits: Limits::new(filter),
+            inflation: Inflation::new(settings),
+            brake: Brake::new(robot),
+            alpha_per_s: filter.alpha_per_s,
+            slack_tolerance_mps: filter.slack_tolerance_mps,
+            sensing_range_m: filter.sensing_range_m.unwrap_or(f64::INFINITY),
+            period_s: filter.period_ms as f64 * 1e-3,
+            sequence: 0,
+            newest_state_ns: 0,
+            obstacles: Vec::with_capacity(MAX_OBSTACLES),
+            track_ids: Vec::with_capacity(MAX_OBSTACLES),
+        })
+    }
+
+    /// Evaluation kernel in use.
+    pub fn kernel(&self) -> Kernel {
+        self.barrier.kernel()
+    }
+
+    /// Runs one cycle. Always returns a finite command; [`Ledger::filter_published_ns`] is left to the sender.
+    ///
+    /// With trusted inputs the command is the CBF-QP's: the admissible control nearest to u_nom with
+    /// L_f h + L_g h·u + ∂h/∂t + α·h ≥ −s (CN-CBF paper, eq. cbf_qp, softened by one slack s as in the authors' code).
+    /// With anything less it brakes, and [`SafeCommand::reason`] says why. Allocates nothing.
+    pub fn step(&mut self, inputs: &Inputs<'_>, tick: Tick) -> SafeCommand {
+        self.sequence += 1;
+        let mut command = self.blank(inputs, tick);
+        let outcome = self.limits.check(inputs, self.control_kind, tick.woke_ns).and_then(|trusted| {
+            self.in_order(trusted.robot_state)?;
+            self.correct(&trusted, tick.woke_ns).map(|correction| (trusted, correction))
+        });
+        match outcome {
+            Ok((trusted, correction)) => {
+                self.brake.note(trusted.robot_state, correction.solution.u);
+                self.fill(&mut command, &correction, &trusted);
+            }
+            Err(reason) => self.fall_back(&mut command, reason, inputs),
+        }
+        command
+    }
+
+    /// Refuses a robot state that is older than one already used: a clock ran backwards, or two bridges speak. Only
+    /// trusted states count, so that one wild stamp cannot lock out the good ones after it.
+    fn in_order(&mut self, state: &RobotState) -> Result<(), Reason> {
+        if state.stamp.valid_at_ns < self.newest_state_ns {
+            return Err(Reason::BackwardStamp);
+        }
+        self.newest_state_ns = state.stamp.valid_at_ns;
+        Ok(())
+    }
+
+    fn correct(&mut self, trusted: &Trusted<'_>, now_ns: u64) -> Result<Correction, Reason> {
+        let pose = prediction::robot_pose(trusted.robot_state, now_ns);
+        self.gather(trusted.obstacles, [pose[0], pose[1]], now_ns);
+        let sample = match &self.pair {
+            Pair::Unicycle(pair) => self.barrier.evaluate(pair, &pose, &self.obstacles),
+            Pair::DoubleIntegrator(pair) => {
+                let [vx, vy] = trusted.robot_state.velocity_in_odom_mps();
+                self.barrier.evaluate(pair, &[pose[0], pose[1], vx, vy], &self.obstacles)
+            }
+        }
+        .map_err(|_| Reason::NonFiniteBarrier)?;
+        let row = sample.row(self.alpha_per_s);
+        let solution =
+            self.qp.solve(&trusted.nominal.control, row.as_ref()).map_err(|_| Reason::NonFiniteBarrier)?;
+        Ok(Correction { solution, sample })
+    }
+
+    /// Collects the obstacles within sensing range, predicted to `now_ns`.
+    fn gather(&mut self, obstacles: &Obstacles, robot_m: [f64; 2], now_ns: u64) {
+        self.obstacles.clear();
+        self.track_ids.clear();
+        for obstacle in obstacles.as_slice() {
+            let predicted = match self.pair {
+                Pair::Unicycle(_) => prediction::unicycle_obstacle(obstacle, &self.inflation, now_ns),
+                Pair::DoubleIntegrator(_) => {
+                    prediction::double_integrator_obstacle(obstacle, &self.inflation, now_ns)
+                }
+            };
+            let distance_m = (predicted.state[0] - robot_m[0]).hypot(predicted.state[1] - robot_m[1]);
+            if distance_m <= self.sensing_range_m {
+                self.obstacles.push(predicted);
+                self.track_ids.push(obstacle.track_id);
+            }
+        }
+    }
+
+    fn fill(&self, command: &mut SafeCommand, correction: &Correction, trusted: &Trusted<'_>) {
+        let solution = &correction.solution;
+        let reason =
+            if solution.slack > self.slack_tolerance_mps { Reason::SlackNeeded } else { Reason::None };
+        command.status = rung(reason).code();
+        command.reason = reason.code();
+        command.control = solution.u;
+        command.nominal = trusted.nominal.control;
+        command.slack_mps = solution.slack;
+        command.hard_margin_mps = solution.hard_margin;
+        command.obstacle_count = self.obstacles.len() as u32;
+        match &correction.sample {
+            CompositeSample::Unconstrained => {}
+            CompositeSample::Constrained(constraint) => self.fill_constraint(command, constraint),
+        }
+    }
+
+    fn fill_constraint(&self, command: &mut SafeCommand, constraint: &BarrierConstraint) {
+        command.h_m = constraint.h;
+        command.sdf_m = constraint.sdf;
+        command.drift_mps = constraint.drift;
+        command.lg_h = constraint.lg_h;
+        command.outside_domain = constraint.outside_domain;
+        command.critical_track_id = self.track_ids[constraint.critical];
+        command.critical_h_m = self.barrier.values()[constraint.critical].h_bar;
+    }
+
+    /// The rung below: brake, whatever is missing.
+    fn fall_back(&mut self, command: &mut SafeCommand, reason: Reason, inputs: &Inputs<'_>) {
+        if let Some(state) = inputs.robot_state.filter(|state| state.is_finite()) {
+            let now_ns = command.ledger.filter_woke_ns;
+            if self.limits.is_fresh(state, now_ns) {
+                self.brake.observe(state);
+            }
+        }
+        let (control, standing) = self.brake.step(self.period_s);
+        command.control = control;
+        command.status = if standing { SafetyStatus::Stopped } else { rung(reason) }.code();
+        command.reason = reason.code();
+    }
+
+    /// A command that knows nothing but its times.
+    fn blank(&self, inputs: &Inputs<'_>, tick: Tick) -> SafeCommand {
+        let pose = inputs
+            .robot_state
+            .filter(|state| state.is_finite())
+            .map_or([0.0; 3], |state| prediction::robot_pose(state, tick.woke_ns));
+        SafeCommand {
+            sequence: self.sequence,
+            control: [0.0; 2],
+            nominal: [0.0; 2],
+            control_kind: self.control_kind.code(),
+            status: SafetyStatus::Stopped.code(),
+            reason: Reason::None.code(),
+            obstacle_count: 0,
+            h_m: f64::INFINITY,
+            sdf_m: f64::INFINITY,
+            drift_mps: 0.0,
+            lg_h: [0.0; 2],
+            alpha_per_s: self.alpha_per_s,
+            slack_mps: 0.0,
+            hard_margin_mps: f64::INFINITY,
+            critical_track_id: 0,
+            critical_h_m: f64::INFINITY,
+            robot_position_in_odom_m: [pose[0], pose[1]],
+            robot_heading_rad: pose[2],
+            outside_domain: 0,
+            kernel: kernel_code(self.barrier.kernel()),
+            ledger: ledger(inputs, tick),
+        }
+    }
+}
+
+fn ledger(inputs: &Inputs<'_>, tick: Tick) -> Ledger {
+    let (state, obstacles, nominal) = (inputs.robot_state, inputs.obstacles, inputs.nominal);
+    Ledger {
+        detections_source_ns: obstacles.map_or(0, |message| message.stamp.source_ns),
+        detections_ingress_ns: obstacles.map_or(0, |message| message.stamp.ingress_ns),
+        detections_published_ns: obstacles.map_or(0, |message| message.bridge_published_ns),
+        estimator_received_ns: obstacles.map_or(0, |message| message.received_ns),
+        estimator_published_ns: obstacles.map_or(0, |message| message.stamp.published_ns),
+        robot_state_source_ns: state.map_or(0, |message| message.stamp.source_ns),
+        robot_state_ingress_ns: state.map_or(0, |message| message.stamp.ingress_ns),
+        robot_state_published_ns: state.map_or(0, |message| message.stamp.published_ns),
+        nominal_received_ns: nominal.map_or(0, |message| message.received_ns),
+        nominal_published_ns: nominal.map_or(0, |message| message.stamp.published_ns),
+        filter_due_ns: tick.due_ns,
+        filter_woke_ns: tick.woke_ns,
+        filter_published_ns: 0,
+    }
+}
+
+/// Position of a kernel among all kernels, as [`SafeCommand::kernel`] carries it.
+fn kernel_code(kernel: Kernel) -> u32 {
+    match kernel {
+        Kernel::Portable => 0,
+        Kernel::Avx2Fma => 1,
+    }
+}

@@ -1,0 +1,93 @@
+//! Which model the filter uses, and whether it fits the settings.
+
+use std::path::Path;
+
+use barrier::{
+    Bounds, CompositeSetupError, DynamicsKind, Expected, Model, ModelFileError, ModelMismatch, QpError,
+};
+use dynamics::{DoubleIntegratorPair, InputBox, InputBoxError, UnicyclePair};
+use settings::{EMBEDDED_PREFIX, RobotKind, Settings};
+
+use crate::filter::Pair;
+
+/// Models built into the program: name, file.
+pub const EMBEDDED_MODELS: &[(&str, &[u8])] =
+    &[("ground_robot_paper", include_bytes!("../../models/ground_robot_paper.safetensors"))];
+
+/// Why the filter refuses to start.
+#[derive(Debug, thiserror::Error)]
+pub enum FilterSetupError {
+    /// The file is missing, truncated, foreign or altered.
+    #[error("model {name}: {source}")]
+    File {
+        /// As written in `filter.model`.
+        name: String,
+        /// What is wrong with it.
+        source: ModelFileError,
+    },
+    /// No model of this name is built in.
+    #[error("no model named {name} is built in; there are: {known}")]
+    NotEmbedded {
+        /// The name asked for.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// The model was made for something else.
+    #[error("the model does not fit the settings: {0}")]
+    Mismatch(#[from] ModelMismatch),
+    /// The control or disturbance bounds are no box.
+    #[error("robot or obstacle bounds: {0}")]
+    Bounds(#[from] InputBoxError),
+    /// The composite cannot be set up, for instance because the forced kernel does not run here.
+    #[error(transparent)]
+    Composite(#[from] CompositeSetupError),
+    /// The quadratic program cannot be set up.
+    #[error(transparent)]
+    Qp(#[from] QpError),
+}
+
+/// Loads the model a `filter.model` entry names: a path, or `embedded:NAME`.
+///
+/// # Errors
+/// [`FilterSetupError::File`] and [`FilterSetupError::NotEmbedded`].
+pub fn load_model(name: &str) -> Result<Model, FilterSetupError> {
+    let loaded = match name.strip_prefix(EMBEDDED_PREFIX) {
+        None => Model::load(Path::new(name)),
+        Some(embedded) => match EMBEDDED_MODELS.iter().find(|(known, _)| *known == embedded) {
+            Some((_, bytes)) => Model::from_bytes(bytes),
+            None => {
+                let known: Vec<_> = EMBEDDED_MODELS.iter().map(|(known, _)| *known).collect();
+                return Err(FilterSetupError::NotEmbedded {
+                    name: embedded.to_owned(),
+                    known: known.join(", "),
+                });
+            }
+        },
+    };
+    loaded.map_err(|source| FilterSetupError::File { name: name.to_owned(), source })
+}
+
+/// The pair of dynamics the settings describe, if `model` was made for exactly that: same dynamics, control bounds,
+/// obstacle bounds and failure radius.
+pub(crate) fn pair_that_fits(settings: &Settings, model: &Model) -> Result<Pair, FilterSetupError> {
+    let (robot, obstacle) = (&settings.robot, &settings.obstacle);
+    let control = InputBox::new(robot.control_min, robot.control_max)?;
+    let dynamics = match robot.kind {
+        RobotKind::Unicycle => DynamicsKind::UnicyclePair,
+        RobotKind::DoubleIntegrator => DynamicsKind::DoubleIntegratorPair,
+    };
+    let disturbance = Bounds { min: obstacle.disturbance_min.clone(), max: obstacle.disturbance_max.clone() };
+    let (min, max) = (&obstacle.disturbance_min, &obstacle.disturbance_max);
+    let failure_radius_m = Some(settings.failure_radius_m());
+    model.check_fits(&Expected { dynamics, control, disturbance, failure_radius_m })?;
+    Ok(match robot.kind {
+        RobotKind::Unicycle => {
+            Pair::Unicycle(UnicyclePair { control, disturbance: InputBox::new([min[0]], [max[0]])? })
+        }
+        RobotKind::DoubleIntegrator => Pair::DoubleIntegrator(DoubleIntegratorPair {
+            control,
+            disturbance: InputBox::new([min[0], min[1]], [max[0], max[1]])?,
+        }),
+    })
+}
