@@ -4,6 +4,9 @@
 //! A block is what one task computes between two reductions. Not here: which samples, and what is done with the
 //! gradient.
 
+// As in `sine`: vector code must melt into the function that enabled the instruction set.
+#![allow(clippy::inline_always)]
+
 use crate::kernel::{Rows, dense_tile, outer_tile, row_sums, vectors};
 use crate::network::{LAYERS, PARAMETERS, WIDTHS, bias_offset, offset};
 use crate::packed::{Packed, TILE};
@@ -211,10 +214,9 @@ fn parameter_gradient<V: Simd, const J: usize>(
 ) {
     let (input, output) = (WIDTHS[layer], WIDTHS[layer + 1]);
     for j in (0..output).step_by(J) {
-        let left = Rows { data: slopes, panel_rows: SLOPE_ROWS, first: slope_row(layer) + j };
+        let left = Rows { data: slopes, height: SLOPE_ROWS, first: slope_row(layer) + j };
         for k in (0..input).step_by(4) {
-            let right =
-                Rows { data: activations, panel_rows: ACTIVATION_ROWS, first: activation_row(layer) + k };
+            let right = Rows { data: activations, height: ACTIVATION_ROWS, first: activation_row(layer) + k };
             let tile = outer_tile::<V, J, 4>(simd, left, right);
             for (row, values) in tile.iter().enumerate() {
                 gradient[offset(layer) + (j + row) * input + k..][..4].copy_from_slice(values);

@@ -3,6 +3,9 @@
 //! Every multiply-add is fused and every sum runs in a fixed order, so the results carry the same bits on every
 //! instruction set. Layout: see [`crate::panel`].
 
+// As in `sine`: vector code must melt into the function that enabled the instruction set.
+#![allow(clippy::inline_always)]
+
 use crate::panel::{LANES, Lanes, PANEL, groups};
 use bytemuck::{cast_slice, cast_slice_mut};
 use pulp::Simd;
@@ -44,8 +47,8 @@ pub(crate) fn dense_tile<V: Simd, const J: usize>(
 pub(crate) struct Rows<'a> {
     /// All panels, one behind another.
     pub(crate) data: &'a [Lanes],
-    /// Rows in each panel of `data`.
-    pub(crate) panel_rows: usize,
+    /// Rows of each panel in `data`.
+    pub(crate) height: usize,
     /// First row of the tile.
     pub(crate) first: usize,
 }
@@ -61,8 +64,8 @@ pub(crate) fn outer_tile<V: Simd, const J: usize, const K: usize>(
     let mut lanes = [[Lanes::ZERO; K]; J];
     for part in 0..parts {
         let mut sum = [[simd.splat_f32s(0.0); K]; J];
-        let panels = left.data.chunks_exact(groups(left.panel_rows));
-        for (l, r) in panels.zip(right.data.chunks_exact(groups(right.panel_rows))) {
+        let panels = left.data.chunks_exact(groups(left.height));
+        for (l, r) in panels.zip(right.data.chunks_exact(groups(right.height))) {
             let l: &[V::f32s] = cast_slice(&l[groups(left.first)..groups(left.first + J)]);
             let r: &[V::f32s] = cast_slice(&r[groups(right.first)..groups(right.first + K)]);
             for group in 0..PANEL / LANES {
@@ -100,7 +103,7 @@ pub(crate) fn row_sums<V: Simd, const J: usize>(simd: V, left: Rows<'_>) -> [f32
     let parts = LANES / V::F32_LANES;
     let row = vectors::<V>();
     let mut lanes = [Lanes::ZERO; J];
-    for panel in left.data.chunks_exact(groups(left.panel_rows)) {
+    for panel in left.data.chunks_exact(groups(left.height)) {
         let values: &[V::f32s] = cast_slice(&panel[groups(left.first)..groups(left.first + J)]);
         for j in 0..J {
             let sum: &mut [V::f32s] = cast_slice_mut(core::slice::from_mut(&mut lanes[j]));

@@ -3,25 +3,26 @@
 //! Only fused multiply-adds, additions and bit operations occur, so AVX-512, AVX2 and scalar code agree exactly.
 //! Not here: the filter's own kernels (crate `barrier`).
 
+// Vector code must melt into the function that enabled the instruction set, or every operation becomes a call.
+#![allow(clippy::inline_always)]
+
+use core::f32::consts::{FRAC_1_PI, PI};
 use pulp::Simd;
 
-/// 1/π.
-const FRAC_1_PI: f32 = 0.318_309_87;
-/// π rounded to `f32`, and what the rounding lost.
-const PI_HIGH: f32 = 3.141_592_7;
+/// π minus its nearest `f32`.
 const PI_LOW: f32 = -8.742_278e-8;
 /// Adding this rounds to an integer, whose parity is then the lowest mantissa bit.
 const ROUND: f32 = 12_582_912.0;
 /// Minimax polynomials on `[-π/2, π/2]`: `sin r = r + r³·S(r²)` to 5e-9 and `cos r = 1 + r²·C(r²)` to 6e-8.
 const S: [f32; 4] = [-0.166_666_57, 8.333_017e-3, -1.980_660_2e-4, 2.600_024_3e-6];
-const C: [f32; 4] = [-0.499_999_31, 4.166_399e-2, -1.385_591_5e-3, 2.319_407_4e-5];
+const C: [f32; 4] = [-0.499_999_3, 4.166_399e-2, -1.385_591_5e-3, 2.319_407_4e-5];
 
 /// `(sin x, cos x)`, absolute error below 3e-7 for `|x| ≤ 100`, growing with `|x|` beyond.
 #[inline(always)]
 pub(crate) fn sin_cos<V: Simd>(simd: V, x: V::f32s) -> (V::f32s, V::f32s) {
     let shifted = simd.mul_add_f32s(x, simd.splat_f32s(FRAC_1_PI), simd.splat_f32s(ROUND));
     let n = simd.sub_f32s(shifted, simd.splat_f32s(ROUND));
-    let r = simd.mul_add_f32s(n, simd.splat_f32s(-PI_HIGH), x);
+    let r = simd.mul_add_f32s(n, simd.splat_f32s(-PI), x);
     let r = simd.mul_add_f32s(n, simd.splat_f32s(-PI_LOW), r);
     // An odd multiple of π flips both signs.
     let parity = simd.wrapping_dyn_shl_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(31));

@@ -1,5 +1,8 @@
 //! From a solve to a model file and back, and the trained network as the filter evaluates it.
 
+// Helpers of tests may unwrap like the tests themselves.
+#![allow(clippy::unwrap_used)]
+
 use barrier::{DynamicsKind, Kernel, Model, NetworkBatch, ResidualNetwork};
 use barrier_training::{
     ExportError, Recipe, ResidualGrid, TrainedModel, barrier_condition, evaluate, fit_error, parameters_of,

@@ -66,7 +66,7 @@ fn reference_loss(case: &Case, parameters: &[f64]) -> f64 {
         .map(|i| {
             let panel = &case.samples[i / PANEL * groups(SAMPLE_ROWS)..];
             let value = |row| f64::from(at(panel, row, i % PANEL));
-            let error = residual(parameters, &core::array::from_fn(|k| value(k))) - value(TARGET_ROW);
+            let error = residual(parameters, &core::array::from_fn(value)) - value(TARGET_ROW);
             let weight = if error < 0.0 { value(OVERESTIMATE_ROW) } else { 1.0 };
             weight * huber * huber * ((1.0 + (error / huber).powi(2)).sqrt() - 1.0) / BLOCK as f64
         })
