@@ -54,8 +54,8 @@ pub enum TrainError {
         /// Last finished epoch, from 1.
         epoch: u64,
     },
-    /// Loss or weights left the finite numbers.
-    #[error("the loss is not finite in epoch {epoch}; lower `learning_rate`")]
+    /// Loss or weights left the finite numbers, or the loss ended at twice its lowest.
+    #[error("the loss grew instead of falling by epoch {epoch}; lower `learning_rate`")]
     Diverged {
         /// Epoch, from 1.
         epoch: u64,

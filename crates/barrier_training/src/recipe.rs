@@ -37,14 +37,14 @@ impl Default for Recipe {
     fn default() -> Self {
         Self {
             pool_samples: 1 << 21,
-            share_near: 0.4,
+            share_near: 0.35,
             share_active: 0.25,
             share_inside: 0.05,
             near_band_m: 0.4,
-            jitter_share: 0.5,
+            jitter_share: 0.1,
             seam_overlap: 0.36,
             overestimate_weight: 3.0,
-            huber_m: 0.03,
+            huber_m: 0.02,
             first_layer_gain: 0.5,
             warm_up_share: 0.01,
         }

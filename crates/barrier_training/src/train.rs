@@ -125,5 +125,11 @@ fn minimise(
             ControlFlow::Break(()) => return Err(TrainError::Stopped { epoch }),
         }
     }
-    Ok(history)
+    // Too high a rate need not end in infinities: the weights of the sines grow until the fit is noise. A sound run
+    // ends near its lowest loss, since the rate decays.
+    let lowest = history.iter().copied().fold(f64::INFINITY, f64::min);
+    match history.last() {
+        Some(&last) if last > 2.0 * lowest => Err(TrainError::Diverged { epoch: settings.epochs }),
+        _ => Ok(history),
+    }
 }

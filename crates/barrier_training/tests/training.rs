@@ -139,10 +139,13 @@ fn progress_can_stop_a_run() {
 
 #[test]
 fn a_learning_rate_beyond_reason_is_reported_as_divergence() {
-    let recipe = Recipe { pool_samples: 512, ..Recipe::default() };
-    let wild = TrainingSettings { learning_rate: 1e38, ..settings(5) };
-    let diverged = train(&target([8, 5]), &wild, &recipe, &mut go);
-    assert!(matches!(diverged, Err(TrainError::Diverged { .. })), "{diverged:?}");
+    // A rate that only rises: the fit is good at first and lost in the end.
+    let recipe = Recipe { pool_samples: 1 << 14, warm_up_share: 1.0, ..Recipe::default() };
+    for learning_rate in [0.3, 1e38] {
+        let wild = TrainingSettings { learning_rate, ..settings(12) };
+        let diverged = train(&target([8, 5]), &wild, &recipe, &mut go).map(|trained| trained.report);
+        assert!(matches!(diverged, Err(TrainError::Diverged { .. })), "{learning_rate}: {diverged:?}");
+    }
 }
 
 #[test]
