@@ -21,6 +21,9 @@ const COS: [f32; 4] = [-0.499_999_3, 0.041_663_982, -1.385_586_2e-3, 2.319_282_8
 /// `(eʳ − 1 − r) / r²` on |r| ≤ ½ ln 2 in powers of r.
 const EXP: [f32; 4] = [0.499_991_45, 0.166_664_57, 0.041_898_742, 8.374_723e-3];
 
+/// `2 artanh(s) / s` in powers of s², its own series: enough terms for |s| ≤ 1/3.
+const ARTANH: [f32; 7] = [2.0, 2.0 / 3.0, 2.0 / 5.0, 2.0 / 7.0, 2.0 / 9.0, 2.0 / 11.0, 2.0 / 13.0];
+
 /// Returns `c₀ + c₁ x + …` by Horner's rule.
 #[inline(always)]
 fn polynomial<L: Lanes, const N: usize>(coefficients: &[f32; N], x: L) -> L {
@@ -72,7 +75,6 @@ pub(crate) fn softplus_with_slope<L: Lanes>(y: L) -> (L, L) {
     let e = exp_of_negative(y.neg_abs());
     // ln(1 + e) = 2 artanh(s), s = e / (2 + e) ≤ 1/3.
     let s = e.div(e.add(L::splat(2.0)));
-    const ARTANH: [f32; 7] = [2.0, 2.0 / 3.0, 2.0 / 5.0, 2.0 / 7.0, 2.0 / 9.0, 2.0 / 11.0, 2.0 / 13.0];
     let tail = polynomial(&ARTANH, s.mul(s)).mul(s);
     let softplus = L::splat(0.0).max(y).add(tail);
     let slope = y.select_by_sign(one, e).div(e.add(one));

@@ -39,7 +39,10 @@ mod relative_barrier;
 mod softmin;
 mod weights;
 
-pub use composite::{BarrierConstraint, BarrierObstacle, CompositeBarrier, CompositeError, CompositeSample, CompositeSetupError};
+pub use composite::{
+    BarrierConstraint, BarrierObstacle, CompositeBarrier, CompositeError, CompositeSample,
+    CompositeSetupError,
+};
 pub use domain::{DomainError, PlacedState, TrainedDomain};
 pub use failure::FailureFunction;
 pub use kernel::{Kernel, KernelError};

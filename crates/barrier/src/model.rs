@@ -44,7 +44,9 @@ pub enum ModelMismatch {
         expected: DynamicsKind,
     },
     /// Another box of controls.
-    #[error("the model's control box is {model:?}, the robot's {expected:?}; solve and train for the robot's")]
+    #[error(
+        "the model's control box is {model:?}, the robot's {expected:?}; solve and train for the robot's"
+    )]
     Control {
         /// Of the model.
         model: InputBox<2>,
@@ -52,7 +54,9 @@ pub enum ModelMismatch {
         expected: InputBox<2>,
     },
     /// Another box of disturbances.
-    #[error("the model's disturbance box is {model:?}, configured {expected:?}; solve and train for the latter")]
+    #[error(
+        "the model's disturbance box is {model:?}, configured {expected:?}; solve and train for the latter"
+    )]
     Disturbance {
         /// Of the model.
         model: Bounds,
@@ -139,9 +143,8 @@ impl Model {
 const TOLERANCE: f64 = 1e-9;
 
 fn close(a: &Bounds, b: &Bounds) -> bool {
-    let equal = |a: &[f64], b: &[f64]| {
-        a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= TOLERANCE)
-    };
+    let equal =
+        |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= TOLERANCE);
     equal(&a.min, &b.min) && equal(&a.max, &b.max)
 }
 

@@ -17,7 +17,9 @@ pub enum ModelFileError {
         source: std::io::Error,
     },
     /// Far more bytes than a model has.
-    #[error("{bytes} bytes are no model of 4,837 parameters (limit {limit}); is this another network's file?")]
+    #[error(
+        "{bytes} bytes are no model of 4,837 parameters (limit {limit}); is this another network's file?"
+    )]
     TooLarge {
         /// Size found.
         bytes: u64,
@@ -93,7 +95,9 @@ pub enum ModelFileError {
     #[error(transparent)]
     Weights(#[from] WeightsError),
     /// The contents are not those that were hashed.
-    #[error("the contents have SHA-256 {computed}, the metadata says {stated}; the file was altered, restore it")]
+    #[error(
+        "the contents have SHA-256 {computed}, the metadata says {stated}; the file was altered, restore it"
+    )]
     Hash {
         /// What the metadata says.
         stated: String,

@@ -93,7 +93,7 @@ impl Model {
             .iter()
             .map(|(name, shape, data)| Ok((name, TensorView::new(Dtype::F32, shape.clone(), data)?)))
             .collect();
-        views.and_then(|views| serialize(views, Some(metadata))).map_err(foreign)
+        views.and_then(|views| serialize(views, Some(metadata))).map_err(|error| foreign(&error))
     }
 
     /// Writes the model file; an existing one is replaced as a whole or not at all.
@@ -138,7 +138,7 @@ fn digest(unsealed_text: &str, weights: &NetworkWeights) -> String {
         sha.update(to_le(&layer.weight));
         sha.update(to_le(&layer.bias));
     }
-    sha.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    sha.finalize().iter().fold(String::new(), |hex, byte| hex + &format!("{byte:02x}"))
 }
 
 /// Splits a file into its tensors and the text under [`KEY`].
@@ -155,14 +155,14 @@ fn open(bytes: &[u8]) -> Result<(SafeTensors<'_>, Option<String>), ModelFileErro
     }
     let read = |error| match error {
         SafeTensorError::MetadataIncompleteBuffer => ModelFileError::Truncated { bytes: bytes.len() },
-        other => foreign(other),
+        other => foreign(&other),
     };
     let (_, header) = SafeTensors::read_metadata(bytes).map_err(read)?;
     let text = header.metadata().as_ref().and_then(|entries| entries.get(KEY).cloned());
     Ok((SafeTensors::deserialize(bytes).map_err(read)?, text))
 }
 
-fn foreign(error: SafeTensorError) -> ModelFileError {
+fn foreign(error: &SafeTensorError) -> ModelFileError {
     ModelFileError::Foreign { reason: error.to_string() }
 }
 
@@ -184,8 +184,7 @@ fn read_weights(tensors: &SafeTensors<'_>) -> Result<NetworkWeights, ModelFileEr
 }
 
 fn read_tensor(tensors: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f32>, ModelFileError> {
-    let tensor =
-        tensors.tensor(name).map_err(|_| ModelFileError::MissingTensor { name: name.to_owned() })?;
+    let tensor = tensors.tensor(name).map_err(|_| ModelFileError::MissingTensor { name: name.to_owned() })?;
     if tensor.dtype() != Dtype::F32 || tensor.shape() != shape {
         return Err(ModelFileError::WrongTensor {
             name: name.to_owned(),

@@ -3,11 +3,11 @@
 //! Here: the public face, the batch in memory and the choice of the kernel. Not here: the arithmetic
 //! (`network_pass`) and what the residual is subtracted from (`relative_barrier`).
 
+use crate::MAX_OBSTACLES;
 use crate::kernel::{Kernel, KernelError};
 use crate::lanes::{Group, LANES, PortableLanes};
 use crate::network_pass::{self, PassArguments, PassBuffers, PassWeights};
 use crate::weights::NetworkWeights;
-use crate::MAX_OBSTACLES;
 
 /// Groups of a full batch.
 const GROUPS: usize = MAX_OBSTACLES / LANES;

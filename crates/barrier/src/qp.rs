@@ -93,7 +93,13 @@ impl<const N: usize> CbfQp<N> {
         }
         let Some(row) = row else {
             let u = self.control.clamp(u_nom);
-            return Ok(QpSolution { u, slack: 0.0, hard_margin: f64::INFINITY, multiplier: 0.0, active: false });
+            return Ok(QpSolution {
+                u,
+                slack: 0.0,
+                hard_margin: f64::INFINITY,
+                multiplier: 0.0,
+                active: false,
+            });
         };
         if !(finite(&row.normal) && row.offset.is_finite()) {
             return Err(QpError::NonFinite { quantity: "the barrier's row" });
@@ -141,8 +147,7 @@ impl<const N: usize> CbfQp<N> {
         let mut from = 0.0;
         loop {
             let u = self.control_at(u_nom, row, from);
-            let residual =
-                (0..N).map(|k| a[k] * u[k]).sum::<f64>() + row.offset + from / self.slack_weight;
+            let residual = (0..N).map(|k| a[k] * u[k]).sum::<f64>() + row.offset + from / self.slack_weight;
             if residual >= 0.0 {
                 return from;
             }

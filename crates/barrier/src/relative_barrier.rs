@@ -3,12 +3,12 @@
 //! Here: `h̄_Θ(z) = ℓ(z) − r_Θ(z)`, its gradient, and what holds outside the trained domain. Not here: how
 //! `z` follows from robot and obstacle, and how obstacles are combined (`composite`).
 
+use crate::MAX_OBSTACLES;
 use crate::domain::TrainedDomain;
 use crate::failure::FailureFunction;
 use crate::kernel::{Kernel, KernelError};
 use crate::model::Model;
 use crate::network::{NetworkBatch, ResidualNetwork};
-use crate::MAX_OBSTACLES;
 
 /// The relative barrier `h̄_Θ` of a model.
 ///
