@@ -1,0 +1,80 @@
+//! Which anonymous detection belongs to which anonymous track.
+//!
+//! Greedy nearest neighbour: the closest admissible pair first, then the closest of what is left. Not here: named
+//! detections, whose identity is perception's business.
+
+use messages::{Detection, MAX_OBSTACLES};
+use settings::EstimatorSettings;
+
+use crate::track::Track;
+
+/// One admissible pair.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    distance_m: f64,
+    track: usize,
+    detection: usize,
+}
+
+/// Working memory of the association, allocated once.
+#[derive(Debug)]
+pub(crate) struct Association {
+    candidates: Vec<Candidate>,
+    /// Per entry of the frame, the track it was given.
+    assigned: [Option<usize>; MAX_OBSTACLES],
+}
+
+impl Association {
+    pub(crate) fn new() -> Self {
+        Self {
+            candidates: Vec::with_capacity(MAX_OBSTACLES * MAX_OBSTACLES),
+            assigned: [None; MAX_OBSTACLES],
+        }
+    }
+
+    /// Pairs the detections `anonymous` (indices into `frame`) with the unseen anonymous `tracks`.
+    ///
+    /// A pair is admissible if the detection lies within the gate of the position predicted for `time_ns` and could be
+    /// reached from the last sighting without teleporting. Ties go to the earlier track, then the earlier detection.
+    pub(crate) fn run(
+        &mut self,
+        tracks: &[Track],
+        frame: &[Detection],
+        anonymous: &[usize],
+        time_ns: u64,
+        settings: &EstimatorSettings,
+    ) {
+        self.candidates.clear();
+        self.assigned = [None; MAX_OBSTACLES];
+        for (track, state) in tracks.iter().enumerate().filter(|(_, state)| state.anonymous && !state.seen) {
+            let [px, py] = state.position_at_m(time_ns);
+            let interval_s = (time_ns - state.measured_at_ns) as f64 * 1e-9;
+            for &detection in anonymous {
+                let position_m = frame[detection].position_in_odom_m;
+                let distance_m = (position_m[0] - px).hypot(position_m[1] - py);
+                let [vx, vy] = state.mean_velocity_to_mps(position_m, interval_s);
+                if distance_m <= settings.association_gate_m && vx.hypot(vy) <= settings.teleport_speed_mps {
+                    self.candidates.push(Candidate { distance_m, track, detection });
+                }
+            }
+        }
+        self.candidates.sort_unstable_by(|a, b| {
+            a.distance_m
+                .total_cmp(&b.distance_m)
+                .then(a.track.cmp(&b.track))
+                .then(a.detection.cmp(&b.detection))
+        });
+        let mut track_is_taken = [false; MAX_OBSTACLES];
+        for candidate in &self.candidates {
+            if !track_is_taken[candidate.track] && self.assigned[candidate.detection].is_none() {
+                track_is_taken[candidate.track] = true;
+                self.assigned[candidate.detection] = Some(candidate.track);
+            }
+        }
+    }
+
+    /// The track that entry `detection` of the frame was given.
+    pub(crate) fn track_of(&self, detection: usize) -> Option<usize> {
+        self.assigned[detection]
+    }
+}
