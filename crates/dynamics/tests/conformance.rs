@@ -1,5 +1,7 @@
 //! What every pair must satisfy, run on each of them.
 
+#![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not recognise as such
+
 use dynamics::{
     DoubleIntegratorPair, InputBox, RelativeDynamics, RobotObstaclePair, UnicyclePair, wrap_angle,
 };

@@ -100,3 +100,43 @@ fn lower_to(values: &mut [f32], ceiling: &[f32]) {
         *value = if ceiling < *value { ceiling } else { *value };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::coefficients::Coefficients;
+    use crate::{Axis, Dissipation, Grid, TubeForm, UpwindScheme};
+    use dynamics::{InputBox, UnicyclePair};
+
+    #[test]
+    fn vector_width_does_not_matter() {
+        let pair = UnicyclePair {
+            control: InputBox::new([0.25, -0.8], [1.0, 0.8]).unwrap(),
+            disturbance: InputBox::new([-0.35], [0.35]).unwrap(),
+        };
+        let grid = Grid::new([
+            Axis::bounded(-3.0, 3.0, 11),
+            Axis::bounded(-3.0, 3.0, 12),
+            Axis::periodic(-3.0, 3.0, 7),
+            Axis::bounded(0.0, 1.5, 5),
+        ])
+        .unwrap();
+        let values = |arch: Arch| {
+            let table = Coefficients::new(&pair, &grid, Dissipation::ReachableSpeed).unwrap();
+            let operator = Operator::new(table, &grid, UpwindScheme::Weno5, TubeForm::Variational);
+            let mut stepper = Stepper::new(operator, TimeIntegrator::TvdRk3, grid.node_count());
+            stepper.arch = arch;
+            let mut values: Vec<f32> = (0..grid.node_count())
+                .map(|node| {
+                    let z = grid.state(node);
+                    (z[0].hypot(z[1]) - 0.7) as f32
+                })
+                .collect();
+            for _ in 0..20 {
+                stepper.step(&mut values, 0.02, None);
+            }
+            values
+        };
+        assert_eq!(values(Arch::new()), values(Arch::Scalar));
+    }
+}

@@ -10,6 +10,9 @@
 //! settings ─┘
 //! ```
 
+// Only inlined code is compiled for the vector width that `pulp` finds at run time.
+#![allow(clippy::inline_always)]
+
 mod coefficients;
 mod failure;
 mod from_settings;

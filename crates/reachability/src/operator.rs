@@ -88,14 +88,14 @@ impl<const N: usize, const NU: usize, const ND: usize> Operator<N, NU, ND> {
             add_product(rate, c.drift[axis].on_plane(plane, len), &gradient[axis]);
         }
         for j in 0..NU {
-            self.influence(plane, scratch, |i| c.control[i][j].on_plane(plane, len));
+            self.influence(scratch, |i| c.control[i][j].on_plane(plane, len));
             let (min, max) = c.control_limits[j];
             for (rate, &s) in rate.iter_mut().zip(&scratch.influence) {
                 *rate += (s * min).max(s * max);
             }
         }
         for j in 0..ND {
-            self.influence(plane, scratch, |i| c.disturbance[i][j].on_plane(plane, len));
+            self.influence(scratch, |i| c.disturbance[i][j].on_plane(plane, len));
             let (min, max) = c.disturbance_limits[j];
             for (rate, &s) in rate.iter_mut().zip(&scratch.influence) {
                 *rate += (s * min).min(s * max);
@@ -104,14 +104,16 @@ impl<const N: usize, const NU: usize, const ND: usize> Operator<N, NU, ND> {
         match self.tube {
             TubeForm::Variational => {}
             TubeForm::Freezing => {
-                rate.iter_mut().for_each(|rate| *rate = if *rate > 0.0 { 0.0 } else { *rate })
+                for rate in rate {
+                    *rate = if *rate > 0.0 { 0.0 } else { *rate };
+                }
             }
         }
     }
 
     /// Sums `p_i · column(i)` over the axes that move.
     #[inline(always)]
-    fn influence<'a>(&self, _plane: usize, scratch: &mut Scratch<N>, column: impl Fn(usize) -> OnPlane<'a>) {
+    fn influence<'a>(&self, scratch: &mut Scratch<N>, column: impl Fn(usize) -> OnPlane<'a>) {
         scratch.influence.fill(0.0);
         for i in 0..N {
             if !self.coefficients.dissipation[i].is_zero() {

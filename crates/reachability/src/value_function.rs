@@ -38,7 +38,6 @@ pub struct ProblemDescription {
 
 /// What a value file says about its values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct ValueMetadata {
     /// The game.
     pub problem: ProblemDescription,
