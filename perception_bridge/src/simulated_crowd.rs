@@ -1,0 +1,279 @@
+//! The simulated crowd as a source: people who ignore the robot, and a robot that obeys the filter.
+
+use bytemuck::Zeroable;
+use crowd_sim::{
+    GenerateError, PersonState, PlantSettings, Rectangle, RobotStart, ScenarioRequest, World, WorldError,
+};
+use dynamics::InputBox;
+use messages::{
+    Detection, DetectionFlags, Detections, Goal, MAX_OBSTACLES, ObstacleClass, RobotState, SafeCommand,
+    SourceKind, SourceStatus, Stamp,
+};
+use rand::SeedableRng;
+use rand_distr::{Distribution, Normal};
+use rand_pcg::Pcg64Mcg;
+use settings::{RobotKind, Settings};
+
+use crate::command_sink::{CommandSink, SinkState};
+use crate::source::{BridgeEvent, Source};
+
+const NS_PER_MS: u64 = 1_000_000;
+const S_PER_NS: f64 = 1e-9;
+/// Goals of each person, walked in a circle.
+const GOALS_PER_PERSON: usize = 3;
+/// Radius within which a person's goal counts as reached, m.
+const PERSON_GOAL_RADIUS_M: f64 = 0.3;
+/// The goal is repeated this often, for controllers that start late.
+const GOAL_PERIOD_NS: u64 = 1_000 * NS_PER_MS;
+
+/// Why a simulation cannot be set up.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// No scenario fits the settings.
+    #[error("simulation: {0}")]
+    Scenario(#[from] GenerateError),
+    /// The robot cannot be simulated.
+    #[error("simulation: {0}")]
+    World(#[from] WorldError),
+    /// The noise has no distribution.
+    #[error("simulation.position_noise_m: {0}")]
+    Noise(#[from] rand_distr::NormalError),
+}
+
+/// A [`crowd_sim::World`] in step with the stack clock.
+pub struct SimulatedCrowd {
+    world: World,
+    sink: CommandSink,
+    kind: RobotKind,
+    goal: [f64; 3],
+    noise: Option<Normal<f64>>,
+    rng: Pcg64Mcg,
+    step_ns: u64,
+    state_period_ns: u64,
+    detections_period_ns: u64,
+    timeout_ns: u64,
+    /// Stack time of world time zero; set when the source is first polled.
+    origin_ns: Option<u64>,
+    next_state_ns: u64,
+    next_detections_ns: u64,
+    next_goal_ns: u64,
+    sequences: [u64; 3],
+    accepted: u64,
+    /// Person indices, sorted by distance when a frame is made.
+    nearest: Vec<usize>,
+}
+
+impl SimulatedCrowd {
+    /// Draws the scenario of `settings.simulation` and puts everybody in place.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if people, robot or noise cannot be simulated as asked.
+    pub fn new(settings: &Settings) -> Result<Self, SimulationError> {
+        let simulation = &settings.simulation;
+        let [x_min, y_min] = simulation.arena_min_m;
+        let [x_max, y_max] = simulation.arena_max_m;
+        let [start_x, start_y, start_heading] = simulation.start;
+        let scenario = ScenarioRequest {
+            seed: simulation.seed,
+            count: simulation.people,
+            arena: Rectangle { x_m: [x_min, x_max], y_m: [y_min, y_max] },
+            desired_speed_mps: simulation.desired_speed_mps,
+            goals_per_person: GOALS_PER_PERSON,
+            goal_radius_m: PERSON_GOAL_RADIUS_M,
+            person_radius_m: simulation.person_radius_m,
+            clear_of_start_m: simulation.start_clearance_m,
+            start: RobotStart { position_m: [start_x, start_y], heading_rad: start_heading },
+            goal_m: [simulation.goal[0], simulation.goal[1]],
+            goal_tolerance_m: settings.nominal.goal_tolerance_m,
+            robot_radius_m: settings.robot.radius_m,
+        }
+        .generate()?;
+        let noise = simulation.position_noise_m;
+        Ok(Self {
+            world: World::new(&scenario, plant(settings))?,
+            sink: CommandSink::new(settings),
+            kind: settings.robot.kind,
+            goal: simulation.goal,
+            noise: if noise > 0.0 { Some(Normal::new(0.0, noise)?) } else { None },
+            rng: Pcg64Mcg::seed_from_u64(simulation.seed),
+            step_ns: simulation.step_ms * NS_PER_MS,
+            state_period_ns: simulation.robot_state_period_ms * NS_PER_MS,
+            detections_period_ns: simulation.detections_period_ms * NS_PER_MS,
+            timeout_ns: (simulation.timeout_s * 1e9) as u64,
+            origin_ns: None,
+            next_state_ns: 0,
+            next_detections_ns: 0,
+            next_goal_ns: 0,
+            sequences: [0; 3],
+            accepted: 0,
+            nearest: Vec::with_capacity(scenario.people.len()),
+        })
+    }
+
+    /// What the command sink does.
+    pub const fn sink_state(&self) -> SinkState {
+        self.sink.state()
+    }
+
+    /// The world as it is.
+    pub const fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Steps the world, command by command, until it has caught up with `world_ns`.
+    fn advance(&mut self, world_ns: u64, origin_ns: u64) {
+        while self.world.time_ns() + self.step_ns <= world_ns {
+            let robot = self.world.robot();
+            let velocity = match self.kind {
+                RobotKind::Unicycle => robot.body_velocity_mps(),
+                RobotKind::DoubleIntegrator => robot.velocity_mps,
+            };
+            let now_ns = origin_ns + self.world.time_ns() + self.step_ns;
+            let control = self.sink.control(now_ns, self.step_ns, velocity);
+            // The sink's commands are finite and the step is a checked setting; a refused step leaves the world as it is.
+            if let Err(error) = self.world.step(self.step_ns as f64 * S_PER_NS, control) {
+                tracing::error!(%error, "the world was not stepped");
+                return;
+            }
+        }
+    }
+
+    fn stamp(&mut self, which: usize, world_ns: u64, origin_ns: u64, now_ns: u64) -> Stamp {
+        self.sequences[which] += 1;
+        self.accepted += 1;
+        Stamp {
+            sequence: self.sequences[which],
+            source_ns: world_ns,
+            valid_at_ns: origin_ns + world_ns,
+            ingress_ns: now_ns,
+            published_ns: 0,
+        }
+    }
+
+    fn robot_state(&mut self, world_ns: u64, origin_ns: u64, now_ns: u64) -> RobotState {
+        let stamp = self.stamp(0, world_ns, origin_ns, now_ns);
+        let robot = self.world.robot();
+        RobotState {
+            stamp,
+            position_in_odom_m: robot.position_m,
+            heading_rad: robot.heading_rad,
+            velocity_in_base_mps: robot.body_velocity_mps(),
+            yaw_rate_radps: robot.yaw_rate_radps,
+        }
+    }
+
+    fn detections(&mut self, world_ns: u64, origin_ns: u64, now_ns: u64) -> Detections {
+        let stamp = self.stamp(1, world_ns, origin_ns, now_ns);
+        let [robot_x, robot_y] = self.world.robot().position_m;
+        let people = self.world.people();
+        let distance_m = |index: &usize| {
+            let [x, y] = people[*index].position_m;
+            (x - robot_x).hypot(y - robot_y)
+        };
+        self.nearest.clear();
+        self.nearest.extend(0..people.len());
+        self.nearest.sort_unstable_by(|a, b| distance_m(a).total_cmp(&distance_m(b)).then(a.cmp(b)));
+        let count = people.len().min(MAX_OBSTACLES);
+        let mut frame = Detections { stamp, ..Detections::zeroed() };
+        frame.count = count as u32;
+        frame.left_out = (people.len() - count) as u32;
+        for (item, &index) in frame.items.iter_mut().zip(&self.nearest) {
+            *item = detection(&people[index], self.noise.as_ref(), &mut self.rng);
+        }
+        frame
+    }
+
+    fn goal(&mut self, world_ns: u64, origin_ns: u64, now_ns: u64) -> Goal {
+        let stamp = self.stamp(2, world_ns, origin_ns, now_ns);
+        let [x, y, heading_rad] = self.goal;
+        Goal { stamp, position_in_odom_m: [x, y], heading_rad }
+    }
+
+    /// World time of the earliest event that is not out yet, ns.
+    fn next_event_ns(&self) -> u64 {
+        self.next_state_ns.min(self.next_detections_ns).min(self.next_goal_ns)
+    }
+
+    fn timed_out(&self) -> bool {
+        self.world.time_ns() >= self.timeout_ns
+    }
+}
+
+impl Source for SimulatedCrowd {
+    fn next_due_ns(&self) -> Option<u64> {
+        (!self.timed_out()).then(|| self.origin_ns.unwrap_or(0) + self.next_event_ns())
+    }
+
+    fn poll(&mut self, now_ns: u64) -> Option<BridgeEvent> {
+        let origin_ns = *self.origin_ns.get_or_insert(now_ns);
+        let event_ns = self.next_event_ns();
+        if origin_ns + event_ns > now_ns || self.timed_out() {
+            return None;
+        }
+        self.advance(event_ns, origin_ns);
+        if self.next_state_ns == event_ns {
+            self.next_state_ns += self.state_period_ns;
+            return Some(BridgeEvent::RobotState(self.robot_state(event_ns, origin_ns, now_ns)));
+        }
+        if self.next_detections_ns == event_ns {
+            self.next_detections_ns += self.detections_period_ns;
+            return Some(BridgeEvent::Detections(self.detections(event_ns, origin_ns, now_ns)));
+        }
+        self.next_goal_ns += GOAL_PERIOD_NS;
+        Some(BridgeEvent::Goal(self.goal(event_ns, origin_ns, now_ns)))
+    }
+
+    fn command(&mut self, command: &SafeCommand, now_ns: u64) {
+        self.sink.take(command, now_ns);
+    }
+
+    fn status(&self, now_ns: u64) -> SourceStatus {
+        let ledger = self.world.ledger();
+        SourceStatus {
+            published_ns: now_ns,
+            elapsed_ns: self.world.time_ns(),
+            total_ns: self.timeout_ns,
+            accepted: self.accepted,
+            refused: self.sink.refusals(),
+            min_clearance_m: ledger.min_clearance_m(),
+            clearance_m: ledger.clearance_m(),
+            path_length_m: ledger.path_length_m(),
+            goal_distance_m: self.world.goal_distance_m(),
+            collisions: ledger.collisions(),
+            goal_reached: u32::from(self.world.reached()),
+            finished: u32::from(self.timed_out()),
+            kind: SourceKind::Simulation.code(),
+        }
+    }
+}
+
+/// The simulated robot: the actuators reach zero even where the filter's controls do not, since a brake must work.
+fn plant(settings: &Settings) -> PlantSettings {
+    let robot = &settings.robot;
+    let limit = settings.simulation.acceleration_limit;
+    PlantSettings {
+        actuator_limits: InputBox {
+            min: robot.control_min.map(|lowest| lowest.min(0.0)),
+            max: robot.control_max.map(|highest| highest.max(0.0)),
+        },
+        input_rate_limit_per_s: (limit > 0.0).then_some([limit; 2]),
+        ..match robot.kind {
+            RobotKind::Unicycle => PlantSettings::ground_robot(),
+            RobotKind::DoubleIntegrator => PlantSettings::quadrotor(),
+        }
+    }
+}
+
+fn detection(person: &PersonState, noise: Option<&Normal<f64>>, rng: &mut Pcg64Mcg) -> Detection {
+    let jitter = |value: f64, rng: &mut Pcg64Mcg| noise.map_or(value, |noise| value + noise.sample(rng));
+    let [x, y] = person.position_m;
+    Detection {
+        track_id: person.id,
+        position_in_odom_m: [jitter(x, rng), jitter(y, rng)],
+        velocity_in_odom_mps: person.velocity_mps,
+        position_covariance_m2: [0.0; 3],
+        radius_m: person.radius_m,
+        class: ObstacleClass::Pedestrian.code(),
+        flags: DetectionFlags::HAS_VELOCITY,
+    }
+}
