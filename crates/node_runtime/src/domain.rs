@@ -2,9 +2,15 @@
 //!
 //! Inside one domain, stacks are told apart by their instance name; two domains know nothing of each other.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{
+    Once,
+    atomic::{AtomicU64, Ordering},
+};
 
-use iceoryx2::config::Config;
+use iceoryx2::{
+    config::Config,
+    prelude::{LogLevel, set_log_level, set_log_level_from_env_or},
+};
 use iceoryx2_bb_container::semantic_string::SemanticString;
 use iceoryx2_bb_system_types::file_name::FileName;
 
@@ -88,6 +94,18 @@ impl Domain {
             FileName::new(self.prefix.as_bytes()).expect("letters, digits and _ make a file name");
         config
     }
+}
+
+/// Lets iceoryx2 log warnings only (`IOX2_LOG_LEVEL` says otherwise).
+///
+/// It also looks for its configuration file once, which nothing here uses, and would warn that there is none.
+pub(crate) fn quieten() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        set_log_level(LogLevel::Error);
+        Config::global_config();
+        set_log_level_from_env_or(LogLevel::Warn);
+    });
 }
 
 #[cfg(test)]

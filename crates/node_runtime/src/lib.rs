@@ -53,8 +53,10 @@
 
 mod clock;
 mod cyclic_timer;
+pub mod doctor;
 mod domain;
 mod health_reporter;
+mod leftovers;
 mod node;
 mod publisher;
 mod services;
@@ -66,6 +68,7 @@ pub use clock::{Clock, RealClock, SteppedClock};
 pub use cyclic_timer::{CyclicSchedule, CyclicTimer, Tick};
 pub use domain::{Domain, DomainError};
 pub use health_reporter::HealthReporter;
+pub use leftovers::{CleanUpError, Leftover, Member, clean_up, leftovers, members};
 pub use node::{Node, NodeError};
 pub use publisher::{PortError, Publisher};
 pub use shutdown::{PARENT_PID_VARIABLE, Shutdown, ShutdownError};

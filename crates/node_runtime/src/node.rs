@@ -2,14 +2,14 @@
 //!
 //! All of it is for start-up; nothing here belongs on a control path.
 
-use std::time::Duration;
+use std::{path::PathBuf, time::Duration};
 
 use iceoryx2::{
     node::{Node as IceoryxNode, NodeBuilder, node_name::NodeName},
     port::{
         listener::ListenerCreateError, publisher::PublisherCreateError, subscriber::SubscriberCreateError,
     },
-    prelude::{LogLevel, SignalHandlingMode, set_log_level_from_env_or},
+    prelude::SignalHandlingMode,
     service::{ipc_threadsafe::Service, service_name::ServiceName},
 };
 use messages::{Message, ProcessId};
@@ -17,6 +17,8 @@ use messages::{Message, ProcessId};
 use crate::{
     Clock, Domain, DomainError, Publisher, RealClock, Subscriber, WakeUp, Waker,
     clock::nanoseconds,
+    domain::quieten,
+    leftovers,
     services::{self, OpenFailure},
 };
 
@@ -91,6 +93,7 @@ pub enum NodeError {
 #[derive(Debug)]
 pub struct Node {
     membership: IceoryxNode<Service>,
+    domain: Domain,
     instance: String,
     process: ProcessId,
 }
@@ -112,7 +115,7 @@ impl Node {
     /// As [`Self::open`].
     pub fn open_in(domain: &Domain, instance: &str, process: ProcessId) -> Result<Self, NodeError> {
         services::check_instance(instance)?;
-        set_log_level_from_env_or(LogLevel::Warn);
+        quieten();
         let create_failed = |cause: String| NodeError::Create { cause };
         let name = NodeName::new(&format!("{instance}/{process}"))
             .map_err(|error| create_failed(format!("{error:?}")))?;
@@ -130,7 +133,7 @@ impl Node {
                 "could not remove what crashed processes left behind"
             );
         }
-        Ok(Self { membership, instance: instance.to_owned(), process })
+        Ok(Self { membership, domain: domain.clone(), instance: instance.to_owned(), process })
     }
 
     /// Which process this is.
@@ -233,6 +236,7 @@ impl Node {
         let name = ServiceName::new(service)
             .map_err(|error| NodeError::Open { service: service.to_owned(), cause: format!("{error:?}") })?;
         let give_up_ns = RealClock.now_ns() + nanoseconds(PATIENCE);
+        let mut stillborn = Stillborn::default();
         loop {
             let failure = match attempt(&name) {
                 Ok(port) => return Ok(port),
@@ -243,6 +247,10 @@ impl Node {
             match failure {
                 OpenFailure::OtherType(expected) => return Err(NodeError::OtherType { service, expected }),
                 OpenFailure::OtherLimits(cause) => return Err(NodeError::OtherLimits { service, cause }),
+                OpenFailure::Unfinished if stillborn.bury(&self.domain) => {}
+                OpenFailure::Unfinished => {
+                    return Err(NodeError::Open { service, cause: "its creation does not end".to_owned() });
+                }
                 OpenFailure::Taken(role) if exhausted => return Err(NodeError::Taken { service, role }),
                 OpenFailure::Transient(cause) if exhausted => return Err(NodeError::Open { service, cause }),
                 OpenFailure::Taken(_) | OpenFailure::Transient(_) => {
@@ -251,5 +259,33 @@ impl Node {
                 }
             }
         }
+    }
+}
+
+/// Services whose creators were killed in the middle, which nobody could open or create any more.
+///
+/// Creation takes milliseconds and iceoryx2 waits a second for it before it reports one as unfinished. What is still
+/// unfinished at the next such report, another second later, has no living creator.
+#[derive(Default)]
+struct Stillborn {
+    suspects: Option<Vec<PathBuf>>,
+}
+
+impl Stillborn {
+    /// Removes what was unfinished at the last report and still is. False once that has been tried in vain.
+    fn bury(&mut self, domain: &Domain) -> bool {
+        let unfinished = leftovers::unfinished_services(domain);
+        let Some(suspects) = &mut self.suspects else {
+            self.suspects = Some(unfinished);
+            return true;
+        };
+        let dead: Vec<_> = suspects.extract_if(.., |path| unfinished.contains(path)).collect();
+        for path in &dead {
+            tracing::warn!(path = %path.display(), "removing a service whose creator was killed");
+            if let Err(error) = leftovers::remove(path) {
+                tracing::warn!(%error);
+            }
+        }
+        !dead.is_empty()
     }
 }

@@ -35,6 +35,8 @@ pub(crate) enum OpenFailure {
     OtherLimits(String),
     /// All places for this role are taken.
     Taken(&'static str),
+    /// Another process has begun to create the service and not ended within a second.
+    Unfinished,
     /// Something that another try may cure.
     Transient(String),
 }
@@ -121,6 +123,7 @@ fn data_failure(error: PublishSubscribeOpenOrCreateError, expected: &'static str
         | Open::DoesNotSupportRequestedAmountOfSubscribers
         | Open::DoesNotSupportRequestedAmountOfNodes
         | Open::VersionMismatch => OpenFailure::OtherLimits(format!("{open_error:?}")),
+        Open::HangsInCreation => OpenFailure::Unfinished,
         other => OpenFailure::Transient(format!("{other:?}")),
     }
 }
@@ -139,6 +142,7 @@ fn event_failure(error: EventOpenOrCreateError) -> OpenFailure {
         | Open::DoesNotSupportRequestedMaxEventId
         | Open::DoesNotSupportRequestedAmountOfNodes
         | Open::VersionMismatch => OpenFailure::OtherLimits(format!("{open_error:?}")),
+        Open::HangsInCreation => OpenFailure::Unfinished,
         other => OpenFailure::Transient(format!("{other:?}")),
     }
 }

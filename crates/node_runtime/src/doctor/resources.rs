@@ -1,0 +1,119 @@
+//! Rights of this user, room in shared memory, leftovers and other stacks.
+
+use rustix::process::{Resource, getrlimit};
+
+use super::Finding;
+use crate::{Domain, leftovers, members};
+
+/// Shared memory that one stack with a recorder may touch, bytes: 8 readers' queues of at most 1 MiB on 8 services.
+const SHARED_MEMORY_NEED_BYTES: u64 = 64 << 20;
+/// Memory that a filter process would lock, bytes.
+const LOCKED_MEMORY_NEED_BYTES: u64 = 256 << 20;
+
+pub(super) fn probe(domain: &Domain) -> Vec<Finding> {
+    let mut findings = vec![
+        realtime_priority(getrlimit(Resource::Rtprio).current.unwrap_or(u64::MAX)),
+        locked_memory(getrlimit(Resource::Memlock).current.unwrap_or(u64::MAX)),
+        match rustix::fs::statvfs("/dev/shm") {
+            Ok(status) => shared_memory(status.f_bavail.saturating_mul(status.f_frsize)),
+            Err(error) => {
+                Finding::warning(format!("/dev/shm cannot be read: {error}"), "mount a tmpfs at /dev/shm")
+            }
+        },
+    ];
+    findings.push(leftover_files(domain));
+    findings.push(other_stacks(domain));
+    findings
+}
+
+fn realtime_priority(limit: u64) -> Finding {
+    if limit > 0 || rustix::process::geteuid().is_root() {
+        Finding::good("this user may use real-time priorities")
+    } else {
+        Finding::note(
+            "this user may not use real-time priorities (RLIMIT_RTPRIO is 0)",
+            "add `USER - rtprio 80` to /etc/security/limits.conf and log in again",
+        )
+    }
+}
+
+fn locked_memory(limit_bytes: u64) -> Finding {
+    if limit_bytes >= LOCKED_MEMORY_NEED_BYTES || rustix::process::geteuid().is_root() {
+        Finding::good("this user may lock enough memory")
+    } else {
+        Finding::note(
+            format!("this user may lock only {} KiB of memory (RLIMIT_MEMLOCK)", limit_bytes >> 10),
+            "add `USER - memlock unlimited` to /etc/security/limits.conf and log in again",
+        )
+    }
+}
+
+fn shared_memory(free_bytes: u64) -> Finding {
+    let what = format!("{} MiB free in /dev/shm", free_bytes >> 20);
+    if free_bytes >= SHARED_MEMORY_NEED_BYTES {
+        Finding::good(what)
+    } else {
+        Finding::warning(
+            what,
+            format!(
+                "a stack needs up to {} MiB; a full /dev/shm kills whoever writes to it. In a container, raise --shm-size",
+                SHARED_MEMORY_NEED_BYTES >> 20
+            ),
+        )
+    }
+}
+
+fn leftover_files(domain: &Domain) -> Finding {
+    match leftovers(domain) {
+        Ok(files) if files.is_empty() => Finding::good("no leftovers of crashed processes in shared memory"),
+        Ok(files) => Finding::note(
+            format!(
+                "{} leftover files in shared memory, {} KiB, for example {}",
+                files.len(),
+                files.iter().map(|file| file.bytes).sum::<u64>() >> 10,
+                files[0].path.display()
+            ),
+            "the next start and end of a stack removes them",
+        ),
+        Err(error) => Finding::warning(error.to_string(), "remove /tmp/iceoryx2 as its owner"),
+    }
+}
+
+fn other_stacks(domain: &Domain) -> Finding {
+    let alive: Vec<_> =
+        members(domain).unwrap_or_default().into_iter().filter(|member| member.alive).collect();
+    if alive.is_empty() {
+        return Finding::good("no other stack is running");
+    }
+    let list: Vec<_> = alive.iter().map(|member| format!("{} (pid {})", member.name, member.pid)).collect();
+    Finding::note(
+        format!("{} processes are already in shared memory: {}", list.len(), list.join(", ")),
+        "they take processor time; a second stack needs an `--instance` name of its own",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Severity;
+    use super::*;
+    use crate::Node;
+    use messages::ProcessId;
+
+    #[test]
+    fn a_running_process_is_named() {
+        let domain = Domain::isolated();
+        assert_eq!(other_stacks(&domain).severity, Severity::Good);
+        let node = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
+        let finding = other_stacks(&domain);
+        assert!(finding.what.contains("demo/filter"), "{finding:?}");
+        assert!(finding.what.contains(&std::process::id().to_string()), "{finding:?}");
+        drop(node);
+        crate::clean_up(&domain).unwrap();
+    }
+
+    #[test]
+    fn a_small_shared_memory_is_a_warning() {
+        assert_eq!(shared_memory(SHARED_MEMORY_NEED_BYTES - 1).severity, Severity::Warning);
+        assert_eq!(shared_memory(SHARED_MEMORY_NEED_BYTES).severity, Severity::Good);
+    }
+}

@@ -1,0 +1,79 @@
+//! Counts heap allocations of what a control cycle calls.
+
+mod common;
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+    time::Duration,
+};
+
+use common::{TestDomain, goal};
+use messages::{Goal, ProcessId};
+use node_runtime::{Clock, CyclicTimer, HealthReporter, Node, RealClock, Woken};
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The system's allocator, counting the calls of each thread.
+struct Counting;
+
+// SAFETY: every call is handed to the system's allocator unchanged; the counter is a constant-initialised thread local
+// without a destructor, which allocates nothing.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller keeps `alloc`'s contract, which is the same.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps `dealloc`'s contract, and `alloc` came from the same allocator.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(action: impl FnOnce()) -> u64 {
+    let before = ALLOCATIONS.get();
+    action();
+    ALLOCATIONS.get() - before
+}
+
+#[test]
+fn a_cycle_allocates_nothing_but_one_loan_per_message() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(vec![1_u8; 100]))), 1, "the counter counts");
+
+    let domain = TestDomain::new();
+    let node = Node::open_in(&domain.0, "demo", ProcessId::Filter).unwrap();
+    let publisher = node.publisher::<Goal>().unwrap();
+    let mut subscriber = node.subscriber::<Goal>().unwrap();
+    let (waker, wake_up) = (node.waker(ProcessId::Filter).unwrap(), node.wake_up().unwrap());
+    let mut health = HealthReporter::new(&node).unwrap();
+    let mut timer = CyclicTimer::new(RealClock, Duration::from_millis(1));
+    let mut cycle = |number: u64| {
+        let mut of_sending = 0;
+        let rest = allocations(|| {
+            let tick = timer.wait();
+            of_sending = allocations(|| publisher.send(&goal(number)).unwrap());
+            waker.wake();
+            assert_eq!(wake_up.wait(Duration::from_secs(1)), Woken::Notified);
+            assert_eq!(wake_up.wait(Duration::from_micros(1)), Woken::TimedOut);
+            match number % 2 {
+                0 => assert_eq!(subscriber.newest(), Some(goal(number))),
+                _ => assert_eq!(subscriber.drain(|_| {}), 1),
+            }
+            health.cycle(&tick);
+            health.accepted(RealClock.now_ns() % 2);
+        }) - of_sending;
+        (of_sending, rest)
+    };
+    cycle(0); // connects
+    for number in 1..=100 {
+        assert_eq!(cycle(number), (1, 0), "in cycle {number}");
+    }
+}
