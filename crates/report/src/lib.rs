@@ -1,1 +1,43 @@
-//! Figures and the self-contained HTML report of a run.
+//! What a run is judged by: its verdict, its report, its picture, and the reasons behind one moment.
+//!
+//! Everything here is a pure function of a [`RunRecord`], the messages of one run in memory:
+//!
+//! * [`Verdict::of`] – did it arrive, did it touch anybody, how often did the filter step in; JSON and terminal text.
+//! * [`html`] – one self-contained page with figures, plots and a playback seen from above.
+//! * [`birds_eye_svg`] – one moment seen from above, as a picture.
+//! * [`explain`] – what the filter did at one time, and because of which obstacle; JSON and terminal text.
+//! * [`trace_zero_levels`] – the set h = 0 in the world frame, from barrier values that the caller computes.
+//!
+//! What is deliberately absent: the barrier itself (its values come in through a callback), files, ports, clocks.
+//!
+//! # Time
+//! Messages carry the stack clock, ns. Here `…_s` counts seconds since the run began, see [`RunRecord::start_ns`].
+
+mod birds_eye;
+mod display;
+mod explain;
+mod explain_display;
+mod finite;
+mod html;
+mod intervention;
+mod playback;
+mod plot;
+mod record;
+mod spans;
+mod theme;
+mod verdict;
+mod verdict_display;
+mod words;
+mod zero_level;
+
+pub use birds_eye::birds_eye_svg;
+pub use explain::{
+    BarrierTerms, Constraint, CriticalObstacle, ExplainError, Explanation, InputAges, Neighbour, explain,
+};
+pub use html::{HtmlError, html};
+pub use intervention::{INTERVENTION_TOLERANCE, Interventions};
+pub use plot::PlotError;
+pub use record::{Moment, RunRecord};
+pub use spans::{Rung, Span};
+pub use verdict::{Outcome, TimeShares, Verdict};
+pub use zero_level::{BarrierGrid, GridError, ZeroLevel, trace_zero_levels};

@@ -1,0 +1,177 @@
+//! The figures a run is judged by.
+
+use latency::{Recorder, Summary};
+use messages::RobotState;
+use serde::{Deserialize, Serialize};
+
+use crate::intervention::{Interventions, interventions};
+use crate::spans::{Rung, Span, rung_spans};
+use crate::{RunRecord, finite::finite};
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The goal was reached, nobody was touched.
+    Reached,
+    /// Nobody was touched, but the goal was not reached.
+    NotReached,
+    /// Somebody was touched.
+    Collision,
+    /// The source said nothing about the truth.
+    Unknown,
+}
+
+/// Share of the run's time on each rung, 0 to 1; together 1, or all 0 in an empty run.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct TimeShares {
+    /// See [`Rung::Filtered`].
+    pub filtered: f64,
+    /// See [`Rung::Relaxed`].
+    pub relaxed: f64,
+    /// See [`Rung::Braking`].
+    pub braking: f64,
+    /// See [`Rung::Stopped`].
+    pub stopped: f64,
+    /// See [`Rung::Silent`].
+    pub silent: f64,
+}
+
+impl TimeShares {
+    fn of(spans: &[Span]) -> Self {
+        let mut shares = Self::default();
+        let total_s: f64 = spans.iter().map(Span::length_s).sum();
+        if total_s > 0.0 {
+            spans.iter().for_each(|span| *shares.share_mut(span.rung) += span.length_s() / total_s);
+        }
+        shares
+    }
+
+    /// Share of one rung, 0 to 1.
+    pub const fn share(&self, rung: Rung) -> f64 {
+        match rung {
+            Rung::Filtered => self.filtered,
+            Rung::Relaxed => self.relaxed,
+            Rung::Braking => self.braking,
+            Rung::Stopped => self.stopped,
+            Rung::Silent => self.silent,
+        }
+    }
+
+    const fn share_mut(&mut self, rung: Rung) -> &mut f64 {
+        match rung {
+            Rung::Filtered => &mut self.filtered,
+            Rung::Relaxed => &mut self.relaxed,
+            Rung::Braking => &mut self.braking,
+            Rung::Stopped => &mut self.stopped,
+            Rung::Silent => &mut self.silent,
+        }
+    }
+}
+
+/// Figures of one run. `None` (JSON `null`) means unknown, or never finite: no obstacle was ever near.
+///
+/// `Display` gives the text for the terminal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Whether the robot came within its goal's tolerance, as the source says.
+    pub reached: Option<bool>,
+    /// Contacts between robot and people, as the source says.
+    pub collisions: Option<u32>,
+    /// Smallest true distance between the discs of robot and people, as the source says, m.
+    pub min_clearance_m: Option<f64>,
+    /// Distance to the goal at the end, as the source says, m.
+    pub goal_distance_m: Option<f64>,
+    /// Time from the start to the goal, s; `None` if it was not reached.
+    pub time_to_goal_s: Option<f64>,
+    /// Length of the run, s.
+    pub duration_s: f64,
+    /// Length of the robot's path, m: as the source says, else from the robot states.
+    pub path_length_m: Option<f64>,
+    /// Smallest composite value h, m.
+    pub min_h_m: Option<f64>,
+    /// Smallest distance between the discs as the filter believed it, buffer and growth by age included, m.
+    pub min_sdf_m: Option<f64>,
+    /// Largest slack that the CBF-QP needed, m/s.
+    pub max_slack_mps: f64,
+    /// Cycles in which no admissible control satisfied the condition.
+    pub infeasible_cycles: u64,
+    /// When the filter changed the nominal command because of an obstacle.
+    pub interventions: Interventions,
+    /// Share of time on each rung.
+    pub time_shares: TimeShares,
+    /// Sensor messages that the source handed on.
+    pub accepted_inputs: Option<u64>,
+    /// Sensor messages that the source refused, each for a logged reason.
+    pub refused_inputs: Option<u64>,
+    /// Latency per hop, and whether the filter kept its period.
+    pub latency: Summary,
+}
+
+impl Verdict {
+    /// Judges a run.
+    pub fn of(record: &RunRecord) -> Self {
+        let spans = rung_spans(record);
+        let source = record.source_status.last();
+        let with_barrier =
+            || record.safe_commands.iter().filter(|command| Rung::of_code(command.status).has_barrier());
+        let smallest = |values: &mut dyn Iterator<Item = f64>| finite(values.fold(f64::INFINITY, f64::min));
+        let reached_at = record.source_status.iter().find(|status| status.goal_reached != 0);
+
+        Self {
+            outcome: match source {
+                None => Outcome::Unknown,
+                Some(status) if status.collisions > 0 => Outcome::Collision,
+                Some(status) if status.goal_reached != 0 => Outcome::Reached,
+                Some(_) => Outcome::NotReached,
+            },
+            reached: source.map(|status| status.goal_reached != 0),
+            collisions: source.map(|status| status.collisions),
+            min_clearance_m: source.and_then(|status| finite(status.min_clearance_m)),
+            goal_distance_m: source.and_then(|status| finite(status.goal_distance_m)),
+            time_to_goal_s: reached_at.map(|status| record.seconds(status.published_ns).max(0.0)),
+            duration_s: record.duration_s(),
+            path_length_m: source
+                .and_then(|status| finite(status.path_length_m))
+                .or_else(|| path_length_m(&record.robot_states)),
+            min_h_m: smallest(&mut with_barrier().map(|command| command.h_m)),
+            min_sdf_m: smallest(&mut with_barrier().map(|command| command.sdf_m)),
+            max_slack_mps: with_barrier().map(|command| command.slack_mps).fold(0.0, f64::max),
+            infeasible_cycles: with_barrier().filter(|command| command.hard_margin_mps < 0.0).count() as u64,
+            interventions: interventions(record, &spans),
+            time_shares: TimeShares::of(&spans),
+            accepted_inputs: source.map(|status| status.accepted),
+            refused_inputs: source.map(|status| status.refused),
+            latency: Recorder::of(record.filter_period_ns, &record.safe_commands).summary(),
+        }
+    }
+
+    /// The outcome in a few words.
+    pub fn headline(&self) -> String {
+        match self.outcome {
+            Outcome::Reached => "Goal reached, nobody touched".to_owned(),
+            Outcome::NotReached => "Goal not reached, nobody touched".to_owned(),
+            Outcome::Collision => match self.collisions {
+                Some(1) | None => "Collision".to_owned(),
+                Some(count) => format!("{count} collisions"),
+            },
+            Outcome::Unknown => "Outcome unknown: the source reported none".to_owned(),
+        }
+    }
+
+    /// Share of cycles that began less than one period late, 0 to 1; `None` without cycles.
+    pub fn deadlines_kept(&self) -> Option<f64> {
+        let (cycles, misses) = (self.latency.cycles, self.latency.deadline_misses);
+        (cycles > 0).then(|| 1.0 - misses as f64 / cycles as f64)
+    }
+}
+
+fn path_length_m(states: &[RobotState]) -> Option<f64> {
+    let steps = states.windows(2).map(|pair| {
+        let [from, to] = [pair[0].position_in_odom_m, pair[1].position_in_odom_m];
+        (to[0] - from[0]).hypot(to[1] - from[1])
+    });
+    (states.len() > 1).then(|| steps.sum()).and_then(finite)
+}
