@@ -68,6 +68,26 @@ fn the_unicycle_s_row_agrees_with_central_differences_to_1e_4() {
 }
 
 #[test]
+fn the_shipped_model_s_row_agrees_with_central_differences_to_1e_4() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/ground_robot_paper.safetensors");
+    let model = Model::load(std::path::Path::new(path)).unwrap();
+    let (pair, mut rng) = (common::unicycle_pair(), rng(5));
+    for kernel in Kernel::ALL.into_iter().filter(|kernel| kernel.is_supported()) {
+        let mut worst = [0.0_f64; 2];
+        for count in [1, 2, 5, 20, 64] {
+            for _ in 0..40 {
+                let people = common::people(&mut rng, count, 3.5);
+                let x = [0.0; 3].map(|_: f64| rng.random_range(-0.14..0.14));
+                let found = errors(&model, kernel, &pair, &x, &people);
+                worst = [worst[0].max(found[0]), worst[1].max(found[1])];
+            }
+        }
+        println!("shipped model, {kernel}: h {:.1e}, derivatives {:.1e}", worst[0], worst[1]);
+        assert!(worst[0] < 1e-5 && worst[1] < 1e-4, "{kernel}: {worst:?}");
+    }
+}
+
+#[test]
 fn the_double_integrator_s_row_agrees_with_central_differences_to_1e_4() {
     let (model, pair, mut rng) = (common::quadrotor_model(3), common::double_integrator_pair(), rng(4));
     let mut worst = [0.0_f64; 2];
