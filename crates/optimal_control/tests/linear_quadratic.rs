@@ -1,5 +1,7 @@
 //! LQR against the closed form, against SciPy's stored solutions, and against misuse.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use nalgebra::{DMatrix, dmatrix};
 use optimal_control::{Lqr, LqrError, continuous_lqr, discrete_lqr};
 

@@ -1,5 +1,7 @@
 //! The SQP against the discrete LQR, against differences, and against misuse.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use nalgebra::{DMatrix, dmatrix};
 use optimal_control::{
     DiscreteDynamics, EulerUnicycle, Linearisation, QuadraticWeights, Sqp, SqpSettings, SqpSetupError,
@@ -141,6 +143,25 @@ fn unicycle_jacobians_agree_with_differences() {
                 assert!(pattern.by_control[i][j] != 0.0 || exact.by_control[i][j] == 0.0);
             }
         }
+    }
+}
+
+#[test]
+fn the_unicycles_curvature_is_the_positive_second_difference_of_the_lagrangian() {
+    let unicycle = EulerUnicycle { step_s: 0.1 };
+    let (costate, control, step) = ([-3.0, 1.5, 0.7], [0.8, 0.3], 1e-3);
+    for k in 0..24 {
+        let heading = f64::from(k) * 0.3;
+        let lagrangian = |heading: f64| {
+            let next = unicycle.next(&[1.0, 2.0, heading], &control);
+            (0..3).map(|i| costate[i] * next[i]).sum::<f64>()
+        };
+        let difference = (lagrangian(heading + step) - 2.0 * lagrangian(heading)
+            + lagrangian(heading - step))
+            / (step * step);
+        let [x, y, theta] = unicycle.curvature(&[1.0, 2.0, heading], &control, &costate);
+        assert_eq!([x, y], [0.0; 2]);
+        assert!((theta - difference.max(0.0)).abs() < 1e-5, "{heading}: {theta} {difference}");
     }
 }
 

@@ -1,5 +1,7 @@
 //! The unicycle MPC against IPOPT's stored optima, and in closed loop with the paper's bounds.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 use std::f64::consts::{PI, TAU};
 
 use optimal_control::{SqpStatus, UnicycleMpc, UnicycleMpcSettings};
