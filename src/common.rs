@@ -40,3 +40,17 @@ pub(crate) fn settings_from(file: Option<&Path>) -> anyhow::Result<Settings> {
 pub(crate) fn someone_watches() -> bool {
     std::io::stderr().is_terminal()
 }
+
+/// Refuses an output file that cannot be written, before hours of work go into what it should hold.
+pub(crate) fn refuse_unwritable(file: &Path) -> anyhow::Result<()> {
+    let existed = file.exists();
+    std::fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(file)
+        .with_context(|| format!("cannot write {}; name another file with --output", file.display()))?;
+    if !existed {
+        std::fs::remove_file(file).with_context(|| format!("cannot remove {}", file.display()))?;
+    }
+    Ok(())
+}

@@ -123,6 +123,26 @@ impl SafetyFilter {
         command
     }
 
+    /// Prepares the composite for pictures: with `obstacles` as they are at `now_ns` around a robot at `robot_m` (`odom`, m),
+    /// the result maps a robot position `[x, y]` to h there, m, for the heading `heading_rad` and a robot at rest; `+∞` where
+    /// no obstacle counts. Not for the cycle.
+    pub fn h_around<'a>(
+        &'a mut self,
+        obstacles: &Obstacles,
+        robot_m: [f64; 2],
+        heading_rad: f64,
+        now_ns: u64,
+    ) -> impl FnMut([f64; 2]) -> f64 + 'a {
+        self.gather(obstacles, robot_m, now_ns);
+        move |[x, y]| {
+            let h = match &self.pair {
+                Pair::Unicycle(pair) => self.barrier.h_at(pair, &[x, y, heading_rad], &self.obstacles),
+                Pair::DoubleIntegrator(pair) => self.barrier.h_at(pair, &[x, y, 0.0, 0.0], &self.obstacles),
+            };
+            h.unwrap_or(f64::INFINITY)
+        }
+    }
+
     /// Refuses a robot state that is older than one already used: a clock ran backwards, or two bridges speak. Only
     /// trusted states count, so that one wild stamp cannot lock out the good ones after it.
     fn in_order(&mut self, state: &RobotState) -> Result<(), Reason> {

@@ -1,0 +1,175 @@
+//! Four steps on one clock.
+
+use barrier::Model;
+use cbf_filter::{FilterSetupError, SafetyFilter};
+use messages::{Goal, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus};
+use node_runtime::Tick;
+use nominal_mpc::{NominalController, NominalSetupError};
+use obstacle_estimator::Estimator;
+use perception_bridge::{BridgeEvent, Source};
+use recording::WireMessage;
+use settings::Settings;
+
+const NS_PER_MS: u64 = 1_000_000;
+
+/// Virtual time at which every run begins, ns; not zero, which means "never" in a stamp.
+pub const START_NS: u64 = 1_000_000_000;
+
+/// Why a virtual stack cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum SetupError {
+    /// The filter refuses the settings or the model.
+    #[error(transparent)]
+    Filter(#[from] FilterSetupError),
+    /// The nominal controller refuses the settings.
+    #[error(transparent)]
+    Nominal(#[from] NominalSetupError),
+}
+
+/// Bridge, estimator, nominal controller and filter in lockstep.
+///
+/// Hand-over takes no time: a message is used in the very instant it is made. At one instant the order is bridge,
+/// estimator, nominal controller, filter.
+pub struct VirtualStack {
+    source: Box<dyn Source>,
+    estimator: Estimator,
+    nominal: NominalController,
+    filter: SafetyFilter,
+    heartbeat_ns: u64,
+    nominal_period_ns: u64,
+    filter_period_ns: u64,
+    heartbeat_due_ns: u64,
+    nominal_due_ns: u64,
+    filter_due_ns: u64,
+    robot_state: Option<RobotState>,
+    goal: Option<Goal>,
+    obstacles: Option<Obstacles>,
+    nominal_command: Option<NominalCommand>,
+    silences: u64,
+}
+
+impl VirtualStack {
+    /// Sets up the stack of `settings` on `source`, with virtual time at [`START_NS`].
+    ///
+    /// # Errors
+    /// [`SetupError`] if a process refuses its settings.
+    pub fn new(settings: &Settings, model: &Model, source: Box<dyn Source>) -> Result<Self, SetupError> {
+        Ok(Self {
+            source,
+            estimator: Estimator::new(settings.estimator.clone()),
+            nominal: NominalController::new(settings)?,
+            filter: SafetyFilter::new(settings, model)?,
+            heartbeat_ns: settings.estimator.heartbeat_ms * NS_PER_MS,
+            nominal_period_ns: settings.nominal.period_ms * NS_PER_MS,
+            filter_period_ns: settings.filter.period_ms * NS_PER_MS,
+            heartbeat_due_ns: START_NS,
+            nominal_due_ns: START_NS,
+            filter_due_ns: START_NS,
+            robot_state: None,
+            goal: None,
+            obstacles: None,
+            nominal_command: None,
+            silences: 0,
+        })
+    }
+
+    /// Advances to the end of the next filter cycle, tells `observe` every message with its time, ns, and returns the
+    /// cycle's command; nothing once the source has ended.
+    pub fn cycle(&mut self, observe: &mut dyn FnMut(u64, WireMessage)) -> Option<SafeCommand> {
+        self.source.next_due_ns()?;
+        loop {
+            let source_due_ns = self.source.next_due_ns().unwrap_or(u64::MAX);
+            let now_ns = source_due_ns
+                .max(START_NS)
+                .min(self.heartbeat_due_ns)
+                .min(self.nominal_due_ns)
+                .min(self.filter_due_ns);
+            self.bridge(now_ns, observe);
+            self.heartbeat(now_ns, observe);
+            self.nominal(now_ns, observe);
+            if now_ns == self.filter_due_ns {
+                return Some(self.filter(now_ns, observe));
+            }
+        }
+    }
+
+    /// Progress and truth, as the source knows them at the last filter cycle.
+    pub fn status(&self) -> SourceStatus {
+        self.source.status(self.filter_due_ns - self.filter_period_ns)
+    }
+
+    /// Cycles in which the nominal controller had no answer.
+    pub const fn silences(&self) -> u64 {
+        self.silences
+    }
+
+    fn bridge(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) {
+        while let Some(event) = self.source.poll(now_ns) {
+            match event {
+                BridgeEvent::RobotState(mut state) => {
+                    state.stamp.published_ns = now_ns;
+                    self.robot_state = Some(state);
+                    observe(now_ns, state.into());
+                }
+                BridgeEvent::Detections(mut frame) => {
+                    frame.stamp.published_ns = now_ns;
+                    observe(now_ns, frame.into());
+                    let obstacles = *self.estimator.step(&frame, now_ns);
+                    self.publish(obstacles, now_ns, observe);
+                }
+                BridgeEvent::Goal(mut goal) => {
+                    goal.stamp.published_ns = now_ns;
+                    self.goal = Some(goal);
+                    observe(now_ns, goal.into());
+                }
+            }
+        }
+    }
+
+    fn heartbeat(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) {
+        if now_ns >= self.heartbeat_due_ns {
+            let obstacles = *self.estimator.heartbeat(now_ns);
+            self.publish(obstacles, now_ns, observe);
+        }
+    }
+
+    fn publish(&mut self, mut obstacles: Obstacles, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) {
+        obstacles.stamp.published_ns = now_ns;
+        self.obstacles = Some(obstacles);
+        self.heartbeat_due_ns = now_ns + self.heartbeat_ns;
+        observe(now_ns, obstacles.into());
+    }
+
+    fn nominal(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) {
+        if now_ns < self.nominal_due_ns {
+            return;
+        }
+        self.nominal_due_ns += self.nominal_period_ns;
+        let inputs = nominal_mpc::Inputs {
+            robot_state: self.robot_state.as_ref(),
+            robot_state_received_ns: now_ns,
+            goal: self.goal.as_ref(),
+        };
+        match self.nominal.step(&inputs, now_ns) {
+            Ok(command) => {
+                self.nominal_command = Some(command);
+                observe(now_ns, command.into());
+            }
+            Err(_) => self.silences += 1,
+        }
+    }
+
+    fn filter(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) -> SafeCommand {
+        self.filter_due_ns += self.filter_period_ns;
+        let inputs = cbf_filter::Inputs {
+            robot_state: self.robot_state.as_ref(),
+            obstacles: self.obstacles.as_ref(),
+            nominal: self.nominal_command.as_ref(),
+        };
+        let mut command = self.filter.step(&inputs, Tick { due_ns: now_ns, woke_ns: now_ns, skipped: 0 });
+        command.ledger.filter_published_ns = now_ns;
+        self.source.command(&command, now_ns);
+        observe(now_ns, command.into());
+        command
+    }
+}

@@ -1,0 +1,107 @@
+//! `cncbf bridge | estimator | nominal | filter | record`: one process alone.
+
+use std::time::Duration;
+
+use messages::{
+    Detections, Goal, Health, NominalCommand, Obstacles, ProcessId, RobotState, SafeCommand, SourceStatus,
+};
+use barrier::Kernel;
+use node_runtime::{Node, Shutdown, Subscriber};
+use recording::{Recorder, RecordingInfo, WireMessage};
+use settings::KernelChoice;
+
+use crate::cli::{BridgeArgs, ProcessArgs, RecordArgs};
+use crate::common::settings;
+
+/// Process 1.
+pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
+    let settings = settings(&args.process)?;
+    perception_bridge::shell::run(&settings, &args.process.instance, &args.source.options(args.closed_loop))?;
+    Ok(true)
+}
+
+/// Process 2.
+pub(crate) fn estimator(args: &ProcessArgs) -> anyhow::Result<bool> {
+    obstacle_estimator::run(&settings(args)?, &args.instance)?;
+    Ok(true)
+}
+
+/// Process 3.
+pub(crate) fn nominal(args: &ProcessArgs) -> anyhow::Result<bool> {
+    nominal_mpc::shell::run(&settings(args)?, &args.instance)?;
+    Ok(true)
+}
+
+/// Process 4.
+pub(crate) fn filter(args: &ProcessArgs) -> anyhow::Result<bool> {
+    cbf_filter::shell::run(&settings(args)?, &args.instance)?;
+    Ok(true)
+}
+
+/// The robot's own frame in recordings.
+const BASE_FRAME: &str = "base_link";
+
+/// How often the recorder empties its queues. Each holds more than this period brings.
+const RECORD_PERIOD: Duration = Duration::from_millis(20);
+
+/// The recorder: writes what flows until told to stop. Reads only.
+pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<bool> {
+    let settings = settings(&args.process)?;
+    let shutdown = Shutdown::install()?;
+    let node = Node::open(&args.process.instance, ProcessId::Recorder)?;
+    let mut robot_states = node.subscriber_all::<RobotState>()?;
+    let mut detections = node.subscriber_all::<Detections>()?;
+    let mut obstacles = node.subscriber_all::<Obstacles>()?;
+    let mut goals = node.subscriber_all::<Goal>()?;
+    let mut nominal_commands = node.subscriber_all::<NominalCommand>()?;
+    let mut safe_commands = node.subscriber_all::<SafeCommand>()?;
+    let mut source_status = node.subscriber_all::<SourceStatus>()?;
+    let mut health = node.subscriber_all::<Health>()?;
+    let mut recorder = Recorder::create(&args.file, recording_info(&settings)?)?;
+    loop {
+        // Looked at before the queues are emptied: what was sent before the wish to stop is still written.
+        let last = shutdown.requested();
+        take(&mut robot_states, &mut recorder, |message| message.stamp.published_ns);
+        take(&mut detections, &mut recorder, |message| message.stamp.published_ns);
+        take(&mut obstacles, &mut recorder, |message| message.stamp.published_ns);
+        take(&mut goals, &mut recorder, |message| message.stamp.published_ns);
+        take(&mut nominal_commands, &mut recorder, |message| message.stamp.published_ns);
+        take(&mut safe_commands, &mut recorder, |message| message.ledger.filter_published_ns);
+        take(&mut source_status, &mut recorder, |message| message.published_ns);
+        take(&mut health, &mut recorder, |message| message.published_ns);
+        if last {
+            break;
+        }
+        std::thread::sleep(RECORD_PERIOD);
+    }
+    let report = recorder.finish()?;
+    tracing::info!(?report, "recorder ends");
+    Ok(report.dropped == 0)
+}
+
+/// Records what waits at a port, each message at the time it was sent.
+fn take<T: messages::Message + Into<WireMessage>>(
+    from: &mut Subscriber<T>,
+    to: &mut Recorder,
+    sent_ns: impl Fn(&T) -> u64,
+) {
+    from.drain(|message| {
+        to.record(sent_ns(message), *message);
+    });
+}
+
+/// What a recording says about its origin.
+pub(crate) fn recording_info(settings: &settings::Settings) -> anyhow::Result<RecordingInfo> {
+    let kernel = match settings.filter.kernel {
+        KernelChoice::Auto => Kernel::detect(),
+        KernelChoice::Portable => Kernel::Portable,
+        KernelChoice::Avx2Fma => Kernel::Avx2Fma,
+    };
+    Ok(RecordingInfo {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        kernel: kernel.name().to_owned(),
+        settings: settings.to_toml()?,
+        odom_frame: settings.source.odom_frame.clone(),
+        base_frame: BASE_FRAME.to_owned(),
+    })
+}

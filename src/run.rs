@@ -1,0 +1,94 @@
+//! `cncbf run`: the whole stack on this machine, to its goal, then a verdict and a report.
+
+use report::Outcome;
+use report::Verdict;
+use settings::Settings;
+
+use crate::cli::{RunArgs, Source};
+use crate::common::settings;
+use crate::outcome::{print_verdict, read_record, write_report};
+use crate::run_folder;
+use crate::session::{SessionEnd, SessionPlan, run_stack};
+
+/// Runs the stack. Success means: the goal was reached and nobody was touched; for a recording, that it was played.
+pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
+    let mut settings = settings(&args.process)?;
+    if let Some(seed) = args.seed {
+        settings.simulation.seed = seed;
+    }
+    if let Some(people) = args.people {
+        settings.simulation.people = people;
+    }
+    let title = match &args.source {
+        Source::Sim => format!(
+            "cncbf run: {} people, seed {}",
+            settings.simulation.people, settings.simulation.seed
+        ),
+        Source::Mcap(file) => format!("cncbf run: {}", file.display()),
+    };
+    let live = Live {
+        settings: &settings,
+        instance: &args.process.instance,
+        source: &args.source,
+        closed_loop: false,
+        duration_s: args.duration,
+        record: args.record.as_deref(),
+        report: args.report.as_deref(),
+        title,
+        json: args.json,
+    };
+    let (verdict, end) = live.run()?;
+    if end.interrupted {
+        eprintln!("interrupted; the figures are of what was driven until then");
+    }
+    Ok(match args.source {
+        Source::Sim => verdict.outcome == Outcome::Reached,
+        Source::Mcap(_) => !end.interrupted,
+    })
+}
+
+/// A live stack with everything that comes after it.
+pub(crate) struct Live<'a> {
+    pub(crate) settings: &'a Settings,
+    pub(crate) instance: &'a str,
+    pub(crate) source: &'a Source,
+    pub(crate) closed_loop: bool,
+    pub(crate) duration_s: Option<f64>,
+    pub(crate) record: Option<&'a std::path::Path>,
+    pub(crate) report: Option<&'a std::path::Path>,
+    pub(crate) title: String,
+    pub(crate) json: bool,
+}
+
+impl Live<'_> {
+    /// Runs the stack to its end, prints the verdict, writes the report.
+    pub(crate) fn run(&self) -> anyhow::Result<(Verdict, SessionEnd)> {
+        // A model that does not fit is refused here, before five processes refuse it one by one.
+        let model = cbf_filter::load_model(&self.settings.filter.model)?;
+        cbf_filter::SafetyFilter::new(self.settings, &model)?;
+        if let Source::Mcap(file) = self.source {
+            recording::McapReader::open(file)?;
+        }
+        let folder = run_folder::create(self.report)?;
+        let recording = self.record.map_or_else(|| folder.join("run.mcap"), std::path::Path::to_owned);
+        let end = run_stack(&SessionPlan {
+            settings: self.settings,
+            instance: self.instance,
+            source: self.source,
+            closed_loop: self.closed_loop,
+            recording: recording.clone(),
+            folder: &folder,
+            duration_s: self.duration_s,
+        })?;
+        let record = read_record(&recording, self.settings, self.title.clone())?;
+        let verdict = Verdict::of(&record);
+        write_report(&record, self.settings, &folder)?;
+        print_verdict(&verdict, self.json)?;
+        if end.crashes > 0 {
+            eprintln!("{} processes ended unexpectedly; see the logs in {}", end.crashes, folder.display());
+        }
+        eprintln!("recording  {}", recording.display());
+        eprintln!("report     {}", folder.join("report.html").display());
+        Ok((verdict, end))
+    }
+}

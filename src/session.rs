@@ -1,0 +1,182 @@
+//! A live stack: four processes and the recorder, started, watched and stopped.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context;
+use launcher::{Child, Event, Launcher, Plan, RestartPolicy};
+use messages::{ProcessId, Reason, SafeCommand, SafetyStatus, SourceStatus};
+use node_runtime::{Clock, Node, RealClock, Shutdown, Subscriber};
+use settings::Settings;
+
+use crate::cli::Source;
+use crate::common::someone_watches;
+use crate::progress::Bar;
+
+/// How often the launcher looks at its children and at what they say.
+const WATCH_PERIOD: Duration = Duration::from_millis(50);
+/// How long children may take to end by themselves.
+const STOP_TIMEOUT: Duration = Duration::from_secs(3);
+/// How long a stack runs on after its goal is reached, so that the stop is in the record, ns.
+const AFTERMATH_NS: u64 = 700_000_000;
+/// Between two lines of progress where nobody watches a status line, ns.
+const REPORT_PERIOD_NS: u64 = 5_000_000_000;
+
+/// What a live stack is made of.
+pub(crate) struct SessionPlan<'a> {
+    /// Settings, as the children will read them.
+    pub(crate) settings: &'a Settings,
+    /// Name of the stack.
+    pub(crate) instance: &'a str,
+    /// Where the bridge takes the world from.
+    pub(crate) source: &'a Source,
+    /// Whether a recording's robot is replaced by a simulated one.
+    pub(crate) closed_loop: bool,
+    /// File to record into.
+    pub(crate) recording: PathBuf,
+    /// Folder for settings and logs.
+    pub(crate) folder: &'a Path,
+    /// Longest duration, s.
+    pub(crate) duration_s: Option<f64>,
+}
+
+/// How a live stack ended.
+pub(crate) struct SessionEnd {
+    /// Unplanned exits of children while it ran.
+    pub(crate) crashes: usize,
+    /// Whether a person or a signal ended it.
+    pub(crate) interrupted: bool,
+}
+
+/// Starts the stack, watches it to its end, stops it.
+pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
+    let shutdown = Shutdown::install()?;
+    let node = Node::open(plan.instance, ProcessId::Launcher)?;
+    let mut watch = Watch {
+        commands: node.subscriber::<SafeCommand>()?,
+        status: node.subscriber::<SourceStatus>()?,
+        command: None,
+        source: None,
+        bar: Bar::new(plan.instance, 1000),
+        started_ns: RealClock.now_ns(),
+        reported_ns: RealClock.now_ns(),
+        reached_ns: None,
+    };
+    let mut launcher = Launcher::start(children(plan)?)?;
+    let mut crashes = 0;
+    let interrupted = loop {
+        std::thread::sleep(WATCH_PERIOD);
+        for event in launcher.poll() {
+            crashes += note(&event)?;
+        }
+        if shutdown.requested() {
+            break true;
+        }
+        if watch.look(RealClock.now_ns(), plan.duration_s) {
+            break false;
+        }
+    };
+    watch.bar.finish();
+    launcher.stop(STOP_TIMEOUT)?;
+    Ok(SessionEnd { crashes, interrupted })
+}
+
+/// Logs an event; counts it if it was a crash; gives up with the launcher.
+fn note(event: &Event) -> anyhow::Result<usize> {
+    match event {
+        Event::GaveUp { .. } => anyhow::bail!("{event}; the logs beside the recording say why"),
+        Event::Exited { .. } => {
+            tracing::warn!("{event}");
+            Ok(1)
+        }
+        Event::Restarted { .. } => {
+            tracing::warn!("{event}");
+            Ok(0)
+        }
+    }
+}
+
+/// Writes the settings the children read and says how each of them is started.
+fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
+    let program = std::env::current_exe().context("cannot find this program's own file")?;
+    let settings_file = plan.folder.join("settings.toml");
+    std::fs::write(&settings_file, plan.settings.to_toml()?)
+        .with_context(|| format!("cannot write {}", settings_file.display()))?;
+    let common = ["--config".into(), settings_file.into_os_string(), "--instance".into(), plan.instance.into()];
+    let child = |id: ProcessId, subcommand: &str, extra: Vec<std::ffi::OsString>| Child {
+        id,
+        program: program.clone(),
+        args: [vec![subcommand.into()], extra, common.to_vec()].concat(),
+        env: Vec::new(),
+        restart: RestartPolicy::default(),
+    };
+    let mut bridge = vec!["--source".into(), plan.source.to_string().into()];
+    if plan.closed_loop {
+        bridge.push("--closed-loop".into());
+    }
+    Ok(Plan {
+        children: vec![
+            child(ProcessId::Recorder, "record", vec![plan.recording.clone().into_os_string()]),
+            child(ProcessId::Filter, "filter", Vec::new()),
+            child(ProcessId::Estimator, "estimator", Vec::new()),
+            child(ProcessId::Nominal, "nominal", Vec::new()),
+            child(ProcessId::Bridge, "bridge", bridge),
+        ],
+        log_dir: Some(plan.folder.to_owned()),
+    })
+}
+
+/// What the launcher sees of its stack.
+struct Watch {
+    commands: Subscriber<SafeCommand>,
+    status: Subscriber<SourceStatus>,
+    command: Option<SafeCommand>,
+    source: Option<SourceStatus>,
+    bar: Bar,
+    started_ns: u64,
+    reported_ns: u64,
+    reached_ns: Option<u64>,
+}
+
+impl Watch {
+    /// Takes news and shows them. Returns whether the stack has nothing left to do.
+    fn look(&mut self, now_ns: u64, duration_s: Option<f64>) -> bool {
+        self.command = self.commands.newest().or(self.command);
+        self.source = self.status.newest().or(self.source);
+        if let Some(source) = &self.source {
+            self.bar.set(share_done(source), || line(source, self.command.as_ref()));
+            if !someone_watches() && now_ns - self.reported_ns >= REPORT_PERIOD_NS {
+                self.reported_ns = now_ns;
+                eprintln!("{}", line(source, self.command.as_ref()));
+            }
+            if source.goal_reached != 0 {
+                self.reached_ns.get_or_insert(now_ns);
+            }
+            if source.finished != 0 {
+                return true;
+            }
+        }
+        let elapsed_s = (now_ns - self.started_ns) as f64 * 1e-9;
+        duration_s.is_some_and(|limit_s| elapsed_s >= limit_s)
+            || self.reached_ns.is_some_and(|reached_ns| now_ns - reached_ns >= AFTERMATH_NS)
+    }
+}
+
+/// Progress of the source in thousandths.
+fn share_done(source: &SourceStatus) -> u64 {
+    if source.total_ns == 0 { 0 } else { (source.elapsed_ns.min(source.total_ns) * 1000) / source.total_ns }
+}
+
+/// One line that tells how it goes.
+fn line(source: &SourceStatus, command: Option<&SafeCommand>) -> String {
+    let seconds = source.elapsed_ns as f64 * 1e-9;
+    let filter = command.map_or_else(
+        || "no command yet".to_owned(),
+        |command| {
+            let status = SafetyStatus::try_from(command.status).map_or("?", SafetyStatus::label);
+            let reason = Reason::try_from(command.reason).map_or("?", Reason::label);
+            format!("h {:.2} m, u [{:.2}, {:+.2}], {status} ({reason})", command.h_m, command.control[0], command.control[1])
+        },
+    );
+    format!("{seconds:5.1} s, goal {:.1} m, clearance {:.2} m, {filter}", source.goal_distance_m, source.clearance_m)
+}
