@@ -55,8 +55,8 @@ pub fn decode<T: Ros2Message>(bytes: &[u8]) -> Result<T, CdrError> {
         1 => cdr_encoding::from_bytes::<T, LittleEndian>(body),
         identifier => return Err(CdrError::Representation { identifier }),
     };
-    let (message, used) = decoded
-        .map_err(|error| CdrError::Malformed { type_name: T::NAME, reason: error.to_string() })?;
+    let (message, used) =
+        decoded.map_err(|error| CdrError::Malformed { type_name: T::NAME, reason: error.to_string() })?;
     let left_over = body.len().saturating_sub(used);
     if left_over > MAX_PADDING {
         return Err(CdrError::LeftOver { type_name: T::NAME, count: left_over });

@@ -27,4 +27,4 @@ pub use reader::{McapReader, OpenError};
 pub use recorder::{RecordError, Recorder, RecorderReport, RecordingInfo};
 pub use refusal::{RefusalCounts, RefusalReason};
 pub use summary::{ChannelSummary, Damage, RecordingSummary};
-pub use wire::{ReadWireError, WIRE_ENCODING, WireMessage, read_wire, wire_topic};
+pub use wire::{ReadWireError, WIRE_ENCODING, WIRE_TYPE_NOTE, WireMessage, read_wire, wire_topic};

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use crate::cdr;
 use crate::refusal::RefusalReason;
 use crate::ros2::{
-    AccelStamped, Detection3DArray, Float64, MarkerArray, Odometry, PoseArray, PoseStamped, Ros2Message, TFMessage,
-    TwistStamped, wire_signature,
+    AccelStamped, Detection3DArray, Float64, MarkerArray, Odometry, PoseArray, PoseStamped, Ros2Message,
+    TFMessage, TwistStamped, wire_signature,
 };
-use crate::wire::{WIRE_ENCODING, WireMessage};
+use crate::wire::WireMessage;
 
 /// A message of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,17 +83,22 @@ recorded_kinds! {
     Markers(MarkerArray),
 }
 
-/// How a channel's messages are read, or why they are refused.
-pub(crate) fn codec_for(
+/// How the messages of a wire type are read, or why they are refused.
+pub(crate) fn wire_codec(type_name: &str) -> Result<Codec, RefusalReason> {
+    if WireMessage::knows(type_name) {
+        Ok(Codec::Wire(type_name.to_owned()))
+    } else {
+        Err(RefusalReason::WireVersion)
+    }
+}
+
+/// How the messages of a ROS 2 type are read, or why they are refused.
+pub(crate) fn ros2_codec(
     message_encoding: &str,
     type_name: &str,
     schema_encoding: &str,
     schema: &[u8],
 ) -> Result<Codec, RefusalReason> {
-    if message_encoding == WIRE_ENCODING {
-        let is_known = WireMessage::knows(type_name);
-        return if is_known { Ok(Codec::Wire(type_name.to_owned())) } else { Err(RefusalReason::WireVersion) };
-    }
     let (codec, ours) = Codec::of_ros2(type_name).ok_or(RefusalReason::UnknownSchema)?;
     if message_encoding != "cdr" {
         return Err(RefusalReason::UnsupportedEncoding);

@@ -62,21 +62,24 @@ impl McapReader {
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let read_error = |source| OpenError::Read { path: path.to_owned(), source };
         let file = File::open(path).map_err(read_error)?;
-        let again = file.try_clone().map_err(read_error)?;
-        let mut survey = scan(file).map_err(|error| match error {
+
+        let mut survey = scan(&file).map_err(|error| match error {
             ScanError::Io(source) => read_error(source),
             ScanError::Empty => OpenError::Empty { path: path.to_owned() },
             ScanError::NotMcap => OpenError::NotMcap { path: path.to_owned() },
         })?;
         let summary = summarise(&survey);
         if summary.messages == summary.refusals.total() {
-            return Err(OpenError::NothingReadable { path: path.to_owned(), found: what_was_found(&summary) });
+            return Err(OpenError::NothingReadable {
+                path: path.to_owned(),
+                found: what_was_found(&summary),
+            });
         }
         for damage in &summary.damage {
             tracing::warn!(recording = %path.display(), "{damage}");
         }
         let loose = std::mem::take(&mut survey.loose);
-        let messages = OrderedMessages::new(again, &survey.chunks, loose);
+        let messages = OrderedMessages::new(file, &survey.chunks, loose);
         let refusals = summary.refusals;
         Ok(Self { path: path.to_owned(), summary, survey, messages, refusals })
     }

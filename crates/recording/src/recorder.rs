@@ -37,8 +37,7 @@ pub struct RecordingInfo {
 
 impl RecordingInfo {
     pub(crate) fn entries(&self) -> BTreeMap<String, String> {
-        let entries =
-            [("version", &self.version), ("kernel", &self.kernel), ("settings", &self.settings)];
+        let entries = [("version", &self.version), ("kernel", &self.kernel), ("settings", &self.settings)];
         entries.map(|(key, value)| (key.to_owned(), value.clone())).into()
     }
 }
@@ -140,9 +139,10 @@ impl Recorder {
         match self.thread.take().map(JoinHandle::join) {
             None => Ok(0),
             Some(Ok(result)) => result,
-            Some(Err(_)) => {
-                Err(RecordError::Write { path: self.path.clone(), reason: "the writer thread panicked".into() })
-            }
+            Some(Err(_)) => Err(RecordError::Write {
+                path: self.path.clone(),
+                reason: "the writer thread panicked".into(),
+            }),
         }
     }
 }

@@ -26,5 +26,7 @@ pub use sensor_msgs::CompressedImage;
 pub(crate) use signature::wire_signature;
 pub use std_msgs::{ColorRGBA, Float64, Header};
 pub use tf2_msgs::TFMessage;
-pub use vision_msgs::{BoundingBox3D, Detection3D, Detection3DArray, ObjectHypothesis, ObjectHypothesisWithPose};
+pub use vision_msgs::{
+    BoundingBox3D, Detection3D, Detection3DArray, ObjectHypothesis, ObjectHypothesisWithPose,
+};
 pub use visualization_msgs::{Marker, MarkerArray, MeshFile, UVCoordinate};

@@ -13,6 +13,10 @@ use crate::{McapReader, OpenError};
 /// Message encoding of raw wire channels.
 pub const WIRE_ENCODING: &str = "cncbf-wire";
 
+/// Channel metadata that holds the versioned type name of a raw wire channel. Such a channel has no schema: ROS tools
+/// would try to understand one, and rosbags refuses the whole file over a schema language it does not know.
+pub const WIRE_TYPE_NOTE: &str = "cncbf_type";
+
 /// Topic on which the raw messages of a service are recorded.
 pub fn wire_topic(service: &str) -> String {
     format!("/cncbf/wire/{service}")
@@ -97,7 +101,9 @@ pub enum ReadWireError {
         topic: String,
     },
     /// Another version of the type.
-    #[error("{topic} carries {found}, this program reads {expected}; use the program version that made the recording")]
+    #[error(
+        "{topic} carries {found}, this program reads {expected}; use the program version that made the recording"
+    )]
     OtherVersion {
         /// The topic.
         topic: String,
@@ -107,7 +113,9 @@ pub enum ReadWireError {
         expected: &'static str,
     },
     /// A message that is longer or shorter than its type.
-    #[error("a message on {topic} has {found} bytes instead of {expected}; the recording is damaged or forged")]
+    #[error(
+        "a message on {topic} has {found} bytes instead of {expected}; the recording is damaged or forged"
+    )]
     Size {
         /// The topic.
         topic: String,

@@ -3,10 +3,11 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
 
 use super::chunk::open;
 use super::records::{Record, Records};
+use super::source::read_at;
 use super::survey::{ChunkPlace, LooseMessage, Survey};
 
 /// A message as it lies in the file.
@@ -21,7 +22,8 @@ pub(crate) struct RawMessage {
 /// Orders by log time, then by place in the file.
 #[derive(Debug, PartialEq, Eq)]
 struct Waiting {
-    place: (u64, u64),
+    /// Log time, ns; where its chunk lies in the file, 0 outside of chunks; how many came before it there.
+    place: (u64, u64, usize),
     message: RawMessage,
 }
 
@@ -43,23 +45,22 @@ pub(crate) struct OrderedMessages {
     /// Not yet opened, the next one last.
     chunks: Vec<ChunkPlace>,
     waiting: BinaryHeap<Reverse<Waiting>>,
-    taken_in: u64,
 }
 
 impl OrderedMessages {
     pub(crate) fn new(file: File, chunks: &[ChunkPlace], loose: Vec<LooseMessage>) -> Self {
         let mut chunks = chunks.to_vec();
         chunks.sort_by_key(|chunk| Reverse((chunk.start_ns, chunk.content_at)));
-        let mut messages = Self { file, chunks, waiting: BinaryHeap::new(), taken_in: 0 };
-        for LooseMessage { channel_id, sequence, log_time_ns, data } in loose {
-            messages.take_in(RawMessage { channel_id, sequence, log_time_ns, data });
+        let mut messages = Self { file, chunks, waiting: BinaryHeap::new() };
+        for (index, LooseMessage { channel_id, sequence, log_time_ns, data }) in loose.into_iter().enumerate()
+        {
+            messages.take_in((0, index), RawMessage { channel_id, sequence, log_time_ns, data });
         }
         messages
     }
 
-    fn take_in(&mut self, message: RawMessage) {
-        self.taken_in += 1;
-        self.waiting.push(Reverse(Waiting { place: (message.log_time_ns, self.taken_in), message }));
+    fn take_in(&mut self, (chunk, index): (u64, usize), message: RawMessage) {
+        self.waiting.push(Reverse(Waiting { place: (message.log_time_ns, chunk, index), message }));
     }
 
     /// The next message; `None` at the end.
@@ -81,16 +82,16 @@ impl OrderedMessages {
         Ok(self.waiting.pop().map(|Reverse(first)| first.message))
     }
 
-    fn take_in_chunk(&mut self, chunk: ChunkPlace, survey: &Survey) -> io::Result<()> {
+    fn take_in_chunk(&mut self, place: ChunkPlace, survey: &Survey) -> io::Result<()> {
         let mut body = Vec::new();
-        self.file.seek(SeekFrom::Start(chunk.content_at))?;
-        (&mut self.file).take(chunk.length).read_to_end(&mut body)?;
+        read_at(&self.file, place.content_at, place.length, &mut body)?;
         let chunk = open(&body).map_err(|error| io::Error::other(error.to_string()))?;
-        for record in Records::new(&chunk.records) {
+        for (index, record) in Records::new(&chunk.records).enumerate() {
             if let Ok(Record::Message { channel_id, sequence, log_time_ns, data }) = record
                 && survey.channels.get(&channel_id).is_some_and(|channel| channel.codec.is_ok())
             {
-                self.take_in(RawMessage { channel_id, sequence, log_time_ns, data: data.to_vec() });
+                let message = RawMessage { channel_id, sequence, log_time_ns, data: data.to_vec() };
+                self.take_in((place.content_at, index), message);
             }
         }
         Ok(())

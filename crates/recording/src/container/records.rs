@@ -10,15 +10,44 @@ pub(crate) const RECORD_HEADER_BYTES: u64 = 9;
 /// One record; borrowed, because most are only looked at.
 #[derive(Debug)]
 pub(crate) enum Record<'a> {
-    Header { profile: String, library: String },
-    Schema { id: u16, name: String, encoding: String, data: &'a [u8] },
-    Channel { id: u16, schema_id: u16, topic: String, message_encoding: String },
-    Message { channel_id: u16, sequence: u32, log_time_ns: u64, data: &'a [u8] },
-    Metadata { name: String, entries: BTreeMap<String, String> },
-    DataEnd { data_section_crc: u32 },
+    Header {
+        profile: String,
+        library: String,
+    },
+    Schema {
+        id: u16,
+        name: String,
+        encoding: String,
+        data: &'a [u8],
+    },
+    Channel {
+        id: u16,
+        schema_id: u16,
+        topic: String,
+        message_encoding: String,
+        notes: BTreeMap<String, String>,
+    },
+    Message {
+        channel_id: u16,
+        sequence: u32,
+        log_time_ns: u64,
+        data: &'a [u8],
+    },
+    Metadata {
+        name: String,
+        entries: BTreeMap<String, String>,
+    },
+    DataEnd {
+        data_section_crc: u32,
+    },
     /// Where a chunk record begins in the file.
-    ChunkIndex { start: u64 },
-    Footer { summary_start: u64, summary_crc: u32 },
+    ChunkIndex {
+        start: u64,
+    },
+    Footer {
+        summary_start: u64,
+        summary_crc: u32,
+    },
     /// A record that nothing here needs.
     Other,
 }
@@ -38,8 +67,7 @@ pub(crate) fn parse(opcode: u8, body: &[u8]) -> Option<Record<'_>> {
         op::CHANNEL => {
             let (id, schema_id) = (fields.u16()?, fields.u16()?);
             let (topic, message_encoding) = (fields.string()?, fields.string()?);
-            fields.string_map()?;
-            Record::Channel { id, schema_id, topic, message_encoding }
+            Record::Channel { id, schema_id, topic, message_encoding, notes: fields.string_map()? }
         }
         op::MESSAGE => {
             let (channel_id, sequence) = (fields.u16()?, fields.u32()?);

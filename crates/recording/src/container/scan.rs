@@ -2,13 +2,14 @@
 
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io;
+use std::os::unix::fs::FileExt;
 
 use mcap::records::op;
 
 use super::chunk::MAX_CHUNK_BYTES;
 use super::records::{RECORD_HEADER_BYTES, Record, Records, parse};
-use super::source::Source;
+use super::source::{Source, read_at};
 use super::survey::Survey;
 use crate::refusal::RefusalReason;
 use crate::summary::Damage;
@@ -32,7 +33,7 @@ pub(crate) enum ScanError {
 }
 
 /// Reads every record of `file` and says what it holds. Damage is noted and passed over.
-pub(crate) fn scan(file: File) -> Result<Survey, ScanError> {
+pub(crate) fn scan(file: &File) -> Result<Survey, ScanError> {
     let mut scan = Scan {
         source: Source::new(file.try_clone()?)?,
         survey: Survey::default(),
@@ -48,13 +49,10 @@ pub(crate) fn scan(file: File) -> Result<Survey, ScanError> {
     if scan.buffer != mcap::MAGIC {
         return Err(ScanError::NotMcap);
     }
-    // A second handle moves the same cursor, so the index comes before or after the walk, never during it.
-    let mut file = file;
-    let indexed = scan.read_index(&mut file)?;
-    file.seek(SeekFrom::Start(magic_bytes))?;
+    let indexed = scan.read_index(file)?;
     scan.walk()?;
     scan.close_lost_chunk();
-    scan.follow_index(&mut file, &indexed)?;
+    scan.follow_index(file, &indexed)?;
     Ok(scan.survey)
 }
 
@@ -155,7 +153,7 @@ impl Scan {
     }
 
     /// Opens the chunks that the file's index names and the walk did not meet, because it lost its way before them.
-    fn follow_index(&mut self, file: &mut File, indexed: &[u64]) -> io::Result<()> {
+    fn follow_index(&mut self, file: &File, indexed: &[u64]) -> io::Result<()> {
         for &content_at in indexed {
             if !self.tried_chunks.insert(content_at) {
                 continue;
@@ -168,9 +166,7 @@ impl Scan {
                 self.survey.refuse_lost(RefusalReason::DamagedChunk, 1);
                 continue;
             }
-            self.buffer.clear();
-            file.seek(SeekFrom::Start(content_at))?;
-            file.take(length).read_to_end(&mut self.buffer)?;
+            read_at(file, content_at, length, &mut self.buffer)?;
             if self.survey.note_chunk(content_at, &self.buffer).is_err() {
                 self.survey.refuse_lost(RefusalReason::DamagedChunk, 1);
             }
@@ -180,13 +176,15 @@ impl Scan {
 
     /// Takes schemas and channels from the end of the file, since the chunk that declares them may be lost, and answers
     /// where the content of every chunk begins. Empty if the file has no index that can be trusted.
-    fn read_index(&mut self, file: &mut File) -> io::Result<Vec<u64>> {
+    fn read_index(&mut self, file: &File) -> io::Result<Vec<u64>> {
         let Some(summary) = summary_section(file)? else { return Ok(Vec::new()) };
         let mut chunks = Vec::new();
         for record in Records::new(&summary) {
             match record {
                 Ok(Record::ChunkIndex { start }) if start >= mcap::MAGIC.len() as u64 => {
-                    chunks.extend(start.checked_add(RECORD_HEADER_BYTES).filter(|at| *at < self.source.length()));
+                    chunks.extend(
+                        start.checked_add(RECORD_HEADER_BYTES).filter(|at| *at < self.source.length()),
+                    );
                 }
                 Ok(record @ (Record::Schema { .. } | Record::Channel { .. })) => self.survey.note(record),
                 Ok(_) | Err(()) => {}
@@ -197,20 +195,18 @@ impl Scan {
 }
 
 /// Length of the record whose content begins at `content_at`.
-fn record_length(file: &mut File, content_at: u64) -> io::Result<u64> {
+fn record_length(file: &File, content_at: u64) -> io::Result<u64> {
     let mut length = [0; 8];
-    file.seek(SeekFrom::Start(content_at - 8))?;
-    file.read_exact(&mut length)?;
+    file.read_exact_at(&mut length, content_at - 8)?;
     Ok(u64::from_le_bytes(length))
 }
 
 /// The records at the end of a complete file that sum it up; `None` if there are none or their checksum is wrong.
-fn summary_section(file: &mut File) -> io::Result<Option<Vec<u8>>> {
+fn summary_section(file: &File) -> io::Result<Option<Vec<u8>>> {
     let length = file.metadata()?.len();
     let Some(footer_at) = length.checked_sub(FOOTER_BYTES) else { return Ok(None) };
     let mut footer = Vec::new();
-    file.seek(SeekFrom::Start(footer_at))?;
-    file.take(FOOTER_BYTES).read_to_end(&mut footer)?;
+    read_at(file, footer_at, FOOTER_BYTES, &mut footer)?;
     let Some(footer) = footer.strip_suffix(mcap::MAGIC) else { return Ok(None) };
     let Some(Ok(Record::Footer { summary_start, summary_crc })) = Records::new(footer).next() else {
         return Ok(None);
@@ -220,8 +216,7 @@ fn summary_section(file: &mut File) -> io::Result<Option<Vec<u8>>> {
     }
     // The checksum covers the summary and the footer up to the checksum itself.
     let mut summary = Vec::new();
-    file.seek(SeekFrom::Start(summary_start))?;
-    file.take(footer_at - summary_start + FOOTER_BYTES - 12).read_to_end(&mut summary)?;
+    read_at(file, summary_start, footer_at - summary_start + FOOTER_BYTES - 12, &mut summary)?;
     if summary_crc != 0 && summary_crc != crc32fast::hash(&summary) {
         return Ok(None);
     }

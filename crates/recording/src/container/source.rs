@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
+use std::os::unix::fs::FileExt;
 
 /// Reads a file from its beginning and keeps the checksum of what was read.
 pub(crate) struct Source {
@@ -54,4 +55,12 @@ impl Source {
         }
         Ok(())
     }
+}
+
+/// Reads exactly `length` bytes at a place into `buffer`. Leaves the file's cursor alone, which handles may share; the
+/// caller has compared with the file's length.
+pub(crate) fn read_at(file: &File, at_byte: u64, length: u64, buffer: &mut Vec<u8>) -> io::Result<()> {
+    buffer.clear();
+    buffer.resize(length as usize, 0);
+    file.read_exact_at(buffer, at_byte)
 }

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use super::chunk::{ChunkError, open};
 use super::records::{Record, Records};
-use crate::message::{Codec, codec_for};
+use crate::message::{Codec, ros2_codec, wire_codec};
 use crate::refusal::{RefusalCounts, RefusalReason};
 use crate::summary::Damage;
+use crate::wire::{WIRE_ENCODING, WIRE_TYPE_NOTE};
 
 /// A stream of messages of one type.
 #[derive(Debug, Clone)]
@@ -74,8 +75,10 @@ impl Survey {
             Record::Schema { id, name, encoding, data } => {
                 self.schemas.entry(id).or_insert_with(|| Schema { name, encoding, data: data.to_vec() });
             }
-            Record::Channel { id, schema_id, topic, message_encoding } => {
-                self.note_channel(id, schema_id, topic, message_encoding);
+            Record::Channel { id, schema_id, topic, message_encoding, notes } => {
+                self.channels.entry(id).or_insert_with(|| {
+                    channel(self.schemas.get(&schema_id), topic, message_encoding, &notes)
+                });
             }
             Record::Message { channel_id, sequence, log_time_ns, data } => {
                 if self.note_message(channel_id, log_time_ns) {
@@ -88,22 +91,6 @@ impl Survey {
             }
             Record::DataEnd { .. } | Record::ChunkIndex { .. } | Record::Footer { .. } | Record::Other => {}
         }
-    }
-
-    fn note_channel(&mut self, id: u16, schema_id: u16, topic: String, encoding: String) {
-        let schema = self.schemas.get(&schema_id);
-        let codec = match schema {
-            Some(schema) => codec_for(&encoding, &schema.name, &schema.encoding, &schema.data),
-            None => Err(RefusalReason::UnknownSchema),
-        };
-        let type_name = schema.map(|schema| schema.name.clone()).unwrap_or_default();
-        self.channels.entry(id).or_insert_with(|| Channel {
-            topic: topic.into(),
-            type_name,
-            encoding,
-            codec,
-            messages: 0,
-        });
     }
 
     /// Counts a message; whether it can be read.
@@ -158,4 +145,21 @@ impl Survey {
         self.messages += count;
         self.refusals.add(reason, count);
     }
+}
+
+/// A channel as its record, its schema and its notes declare it.
+fn channel(
+    schema: Option<&Schema>,
+    topic: String,
+    encoding: String,
+    notes: &BTreeMap<String, String>,
+) -> Channel {
+    let (type_name, codec) = match (schema, notes.get(WIRE_TYPE_NOTE)) {
+        (_, Some(wire_type)) if encoding == WIRE_ENCODING => (wire_type.clone(), wire_codec(wire_type)),
+        (Some(schema), _) => {
+            (schema.name.clone(), ros2_codec(&encoding, &schema.name, &schema.encoding, &schema.data))
+        }
+        (None, _) => (String::new(), Err(RefusalReason::UnknownSchema)),
+    };
+    Channel { topic: topic.into(), type_name, encoding, codec, messages: 0 }
 }

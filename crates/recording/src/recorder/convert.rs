@@ -2,14 +2,15 @@
 
 use mcap::McapResult;
 use messages::{
-    ControlKind, Detection, DetectionFlags, Detections, Goal, NominalCommand, ObstacleClass, RobotState, SafeCommand,
+    ControlKind, Detection, DetectionFlags, Detections, Goal, NominalCommand, ObstacleClass, RobotState,
+    SafeCommand,
 };
 
 use super::markers;
 use crate::ros2::{
     Accel, AccelStamped, BoundingBox3D, Detection3D, Detection3DArray, Float64, Header, ObjectHypothesis,
-    ObjectHypothesisWithPose, Odometry, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Ros2Message, Time,
-    Twist, TwistStamped, TwistWithCovariance, Vector3,
+    ObjectHypothesisWithPose, Odometry, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion,
+    Ros2Message, Time, Twist, TwistStamped, TwistWithCovariance, Vector3,
 };
 use crate::wire::WireMessage;
 
@@ -69,7 +70,7 @@ impl Converter {
     fn detections(&self, frame: &Detections) -> Detection3DArray {
         let header = in_frame(&self.odom_frame, frame.stamp.valid_at_ns);
         let detections = frame.as_slice().iter().map(|detection| detection_3d(detection, &header)).collect();
-        Detection3DArray { detections, header }
+        Detection3DArray { header, detections }
     }
 
     fn goal(&self, goal: &Goal) -> PoseStamped {

@@ -14,12 +14,17 @@ use super::convert::{Converter, Sink};
 use super::{RecordError, RecordingInfo};
 use crate::cdr;
 use crate::ros2::Ros2Message;
-use crate::wire::{WIRE_ENCODING, WireMessage, wire_topic};
+use crate::wire::{WIRE_ENCODING, WIRE_TYPE_NOTE, WireMessage, wire_topic};
 
 /// A crash loses at most this much recorded time, ns.
 const FLUSH_INTERVAL_NS: u64 = 1_000_000_000;
 /// Without messages for this long, what was written is flushed.
 const IDLE_FLUSH: Duration = Duration::from_secs(1);
+
+type McapWriter = mcap::Writer<BufWriter<File>>;
+
+/// The schema id that says a channel has none.
+const NO_SCHEMA: u16 = 0;
 
 /// A channel of the file being written.
 struct Channel {
@@ -39,7 +44,7 @@ pub(super) struct Writer {
 
 /// The MCAP side: which channels exist, and the buffer messages are encoded in.
 struct FileWriter {
-    mcap: mcap::Writer<BufWriter<File>>,
+    mcap: McapWriter,
     channels: HashMap<String, Channel>,
     buffer: Vec<u8>,
 }
@@ -48,10 +53,8 @@ impl Writer {
     pub(super) fn create(path: &Path, info: RecordingInfo) -> Result<Self, RecordError> {
         let file =
             File::create(path).map_err(|source| RecordError::Create { path: path.to_owned(), source })?;
-        let failed = |error: mcap::McapError| RecordError::Write {
-            path: path.to_owned(),
-            reason: error.to_string(),
-        };
+        let failed =
+            |error: mcap::McapError| RecordError::Write { path: path.to_owned(), reason: error.to_string() };
         // One writer thread is all this costs: the compressor's own threads would sit on the control cores.
         let mut mcap = WriteOptions::new()
             .profile("ros2")
@@ -123,10 +126,10 @@ impl Sink for At<'_> {
         let mut buffer = std::mem::take(&mut self.file.buffer);
         let encoded = cdr::encode(message, &mut buffer);
         encoded.map_err(|error| std::io::Error::other(error.to_string()))?;
-        let schema = |file: &mut FileWriter| {
-            file.mcap.add_schema(&T::type_name(), "ros2msg", T::definition().as_bytes())
-        };
-        self.file.write(topic, "cdr", schema, self.log_time_ns, &buffer)?;
+        self.file.write(topic, self.log_time_ns, &buffer, |mcap| {
+            let schema = mcap.add_schema(&T::type_name(), "ros2msg", T::definition().as_bytes())?;
+            mcap.add_channel(schema, topic, "cdr", &BTreeMap::new())
+        })?;
         self.file.buffer = buffer;
         Ok(())
     }
@@ -134,22 +137,23 @@ impl Sink for At<'_> {
 
 impl FileWriter {
     fn write_wire(&mut self, log_time_ns: u64, message: &WireMessage) -> McapResult<()> {
-        let schema = |file: &mut Self| file.mcap.add_schema(message.type_name(), WIRE_ENCODING, &[]);
-        self.write(&wire_topic(message.service()), WIRE_ENCODING, schema, log_time_ns, message.bytes())
+        let topic = wire_topic(message.service());
+        self.write(&topic, log_time_ns, message.bytes(), |mcap| {
+            let notes = BTreeMap::from([(WIRE_TYPE_NOTE.to_owned(), message.type_name().to_owned())]);
+            mcap.add_channel(NO_SCHEMA, &topic, WIRE_ENCODING, &notes)
+        })
     }
 
     /// Writes a message, declaring its channel the first time.
     fn write(
         &mut self,
         topic: &str,
-        encoding: &str,
-        schema: impl FnOnce(&mut Self) -> McapResult<u16>,
         log_time_ns: u64,
         data: &[u8],
+        declare: impl FnOnce(&mut McapWriter) -> McapResult<u16>,
     ) -> McapResult<()> {
         if !self.channels.contains_key(topic) {
-            let schema_id = schema(self)?;
-            let id = self.mcap.add_channel(schema_id, topic, encoding, &BTreeMap::new())?;
+            let id = declare(&mut self.mcap)?;
             self.channels.insert(topic.to_owned(), Channel { id, sequence: 0 });
         }
         let Some(channel) = self.channels.get_mut(topic) else { return Ok(()) };

@@ -33,7 +33,7 @@ pub trait Ros2Message: Field + Serialize + DeserializeOwned {
         let mut text = String::new();
         for (index, (name, fields)) in definitions.iter().enumerate() {
             if index > 0 {
-                text += &format!("{SEPARATOR}\nMSG: {name}\n");
+                text.extend([SEPARATOR, "\nMSG: ", name, "\n"]);
             }
             text += fields;
         }
@@ -82,7 +82,7 @@ macro_rules! ros_message {
                 $(
                     let name = stringify!($field);
                     let name = name.strip_prefix("r#").unwrap_or(name);
-                    fields += &format!("{} {name}\n", <$ty as $crate::ros2::Field>::ros_name());
+                    fields.extend([<$ty as $crate::ros2::Field>::ros_name().as_str(), " ", name, "\n"]);
                 )+
                 definitions.push(($ros, fields));
                 $(<$ty as $crate::ros2::Field>::collect(definitions);)+

@@ -39,7 +39,12 @@ fn field_type(line: &str) -> Option<&str> {
     (!is_constant).then_some(kind)
 }
 
-fn flatten(name: &str, sections: &HashMap<String, Vec<&str>>, signature: &mut String, depth: usize) -> Option<()> {
+fn flatten(
+    name: &str,
+    sections: &HashMap<String, Vec<&str>>,
+    signature: &mut String,
+    depth: usize,
+) -> Option<()> {
     if depth > MAX_DEPTH {
         return None;
     }
@@ -63,8 +68,8 @@ fn flatten(name: &str, sections: &HashMap<String, Vec<&str>>, signature: &mut St
 
 fn is_primitive(kind: &str) -> bool {
     const PRIMITIVES: [&str; 15] = [
-        "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64",
-        "uint64", "string", "wstring",
+        "bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32",
+        "int64", "uint64", "string", "wstring",
     ];
     PRIMITIVES.contains(&kind)
 }
