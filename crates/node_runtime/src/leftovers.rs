@@ -7,6 +7,7 @@
 use std::{
     collections::HashSet,
     io::ErrorKind,
+    ops::Deref,
     os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     time::Duration,
@@ -151,6 +152,36 @@ pub(crate) fn unfinished_services(domain: &Domain) -> Vec<PathBuf> {
         ours && path.metadata().is_ok_and(|metadata| metadata.permissions().mode() & 0o200 != 0)
     });
     services
+}
+
+/// A [`Domain::isolated`] that takes every file of its own along when it is dropped: for tests and short private stacks.
+///
+/// Declare it before nodes and ports, so that it is dropped after them.
+#[derive(Debug)]
+pub struct ScopedDomain(Domain);
+
+impl ScopedDomain {
+    /// A domain that nobody else uses.
+    #[allow(clippy::new_without_default)] // a default that differs each time would surprise
+    pub fn new() -> Self {
+        Self(Domain::isolated())
+    }
+}
+
+impl Deref for ScopedDomain {
+    type Target = Domain;
+
+    fn deref(&self) -> &Domain {
+        &self.0
+    }
+}
+
+impl Drop for ScopedDomain {
+    fn drop(&mut self) {
+        if let Err(error) = clean_up(&self.0) {
+            tracing::warn!(%error, "a private domain could not be cleared");
+        }
+    }
 }
 
 fn each_node(domain: &Domain, mut visit: impl FnMut(NodeState<Service>)) -> Result<(), CleanUpError> {

@@ -68,7 +68,7 @@ pub use clock::{Clock, RealClock, SteppedClock};
 pub use cyclic_timer::{CyclicSchedule, CyclicTimer, Tick};
 pub use domain::{Domain, DomainError};
 pub use health_reporter::HealthReporter;
-pub use leftovers::{CleanUpError, Leftover, Member, clean_up, leftovers, members};
+pub use leftovers::{CleanUpError, Leftover, Member, ScopedDomain, clean_up, leftovers, members};
 pub use node::{Node, NodeError};
 pub use publisher::{PortError, Publisher};
 pub use shutdown::{PARENT_PID_VARIABLE, Shutdown, ShutdownError};

@@ -8,9 +8,9 @@ use std::{
     time::Duration,
 };
 
-use common::{TestDomain, goal};
+use common::goal;
 use messages::{Goal, ProcessId};
-use node_runtime::{Clock, CyclicTimer, HealthReporter, Node, RealClock, Woken};
+use node_runtime::{Clock, CyclicTimer, HealthReporter, Node, RealClock, ScopedDomain, Woken};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -48,8 +48,8 @@ fn allocations(action: impl FnOnce()) -> u64 {
 fn a_cycle_allocates_nothing_but_one_loan_per_message() {
     assert_eq!(allocations(|| drop(std::hint::black_box(vec![1_u8; 100]))), 1, "the counter counts");
 
-    let domain = TestDomain::new();
-    let node = Node::open_in(&domain.0, "demo", ProcessId::Filter).unwrap();
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
     let publisher = node.publisher::<Goal>().unwrap();
     let mut subscriber = node.subscriber::<Goal>().unwrap();
     let (waker, wake_up) = (node.waker(ProcessId::Filter).unwrap(), node.wake_up().unwrap());

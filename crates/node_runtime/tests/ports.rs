@@ -5,11 +5,11 @@ mod common;
 use std::time::Duration;
 
 use bytemuck::{Pod, Zeroable};
-use common::{TestDomain, goal};
+use common::goal;
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use messages::{Goal, Health, Message, ProcessId, SafeCommand};
-use node_runtime::{HealthReporter, Node, NodeError, Publisher, Subscriber, Tick, Woken};
+use node_runtime::{HealthReporter, Node, NodeError, Publisher, ScopedDomain, Subscriber, Tick, Woken};
 
 /// [`Goal`] as a later version might define it: same service, same size.
 #[repr(C)]
@@ -26,10 +26,10 @@ impl Message for LaterGoal {
 
 #[test]
 fn a_message_arrives_intact() {
-    let domain = TestDomain::new();
-    let receiver = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let domain = ScopedDomain::new();
+    let receiver = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let mut goals = receiver.subscriber::<Goal>().unwrap();
-    let sender = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let sender = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let port = sender.publisher::<Goal>().unwrap();
     assert_eq!(goals.newest(), None);
     port.send(&goal(7)).unwrap();
@@ -39,9 +39,9 @@ fn a_message_arrives_intact() {
 
 #[test]
 fn instances_do_not_hear_each_other() {
-    let domain = TestDomain::new();
-    let one = Node::open_in(&domain.0, "one", ProcessId::Nominal).unwrap();
-    let two = Node::open_in(&domain.0, "two", ProcessId::Nominal).unwrap();
+    let domain = ScopedDomain::new();
+    let one = Node::open_in(&domain, "one", ProcessId::Nominal).unwrap();
+    let two = Node::open_in(&domain, "two", ProcessId::Nominal).unwrap();
     let mut heard_by_two = two.subscriber::<Goal>().unwrap();
     one.publisher::<Goal>().unwrap().send(&goal(1)).unwrap();
     assert_eq!(heard_by_two.newest(), None);
@@ -49,12 +49,12 @@ fn instances_do_not_hear_each_other() {
 
 #[test]
 fn a_late_joiner_gets_the_last_sample() {
-    let domain = TestDomain::new();
-    let sender = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let domain = ScopedDomain::new();
+    let sender = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let port = sender.publisher::<Goal>().unwrap();
     port.send(&goal(1)).unwrap();
     port.send(&goal(2)).unwrap();
-    let receiver = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let receiver = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let mut goals = receiver.subscriber::<Goal>().unwrap();
     port.send(&goal(3)).unwrap();
     assert_eq!(sequences(&mut goals), [2, 3]);
@@ -62,11 +62,11 @@ fn a_late_joiner_gets_the_last_sample() {
 
 #[test]
 fn a_rarely_sent_message_reaches_late_joiners_without_another_sending() {
-    let domain = TestDomain::new();
-    let sender = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let domain = ScopedDomain::new();
+    let sender = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let port = sender.publisher::<Goal>().unwrap();
     port.send(&goal(1)).unwrap();
-    let receiver = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let receiver = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let mut goals = receiver.subscriber::<Goal>().unwrap();
     assert_eq!(goals.newest(), None);
     port.serve_late_joiners().unwrap();
@@ -77,11 +77,11 @@ fn a_rarely_sent_message_reaches_late_joiners_without_another_sending() {
 
 #[test]
 fn a_full_queue_keeps_the_newest_in_order() {
-    let domain = TestDomain::new();
-    let receiver = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let domain = ScopedDomain::new();
+    let receiver = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let (mut few, mut all) =
         (receiver.subscriber::<Goal>().unwrap(), receiver.subscriber_all::<Goal>().unwrap());
-    let sender = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let sender = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let port = sender.publisher::<Goal>().unwrap();
     for sequence in 1..=1_000 {
         port.send(&goal(sequence)).unwrap();
@@ -96,10 +96,10 @@ fn a_full_queue_keeps_the_newest_in_order() {
 
 #[test]
 fn wake_up_by_notify_and_by_timeout() {
-    let domain = TestDomain::new();
-    let sleeper = Node::open_in(&domain.0, "demo", ProcessId::Estimator).unwrap();
+    let domain = ScopedDomain::new();
+    let sleeper = Node::open_in(&domain, "demo", ProcessId::Estimator).unwrap();
     let wake_up = sleeper.wake_up().unwrap();
-    let sender = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let sender = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let waker = sender.waker(ProcessId::Estimator).unwrap();
     assert_eq!(wake_up.wait(Duration::from_millis(1)), Woken::TimedOut);
     waker.wake();
@@ -110,10 +110,10 @@ fn wake_up_by_notify_and_by_timeout() {
 
 #[test]
 fn another_version_of_a_type_is_refused_by_name() {
-    let domain = TestDomain::new();
-    let ours = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let domain = ScopedDomain::new();
+    let ours = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let _port = ours.publisher::<Goal>().unwrap();
-    let theirs = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let theirs = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let error = theirs.subscriber::<LaterGoal>().unwrap_err();
     assert!(matches!(error, NodeError::OtherType { expected: "cncbf/Goal/v2", .. }), "{error:?}");
     assert!(error.to_string().contains("demo/goal"), "{error}");
@@ -121,33 +121,33 @@ fn another_version_of_a_type_is_refused_by_name() {
 
 #[test]
 fn a_second_living_writer_is_refused_by_name() {
-    let domain = TestDomain::new();
-    let first = Node::open_in(&domain.0, "demo", ProcessId::Filter).unwrap();
+    let domain = ScopedDomain::new();
+    let first = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
     let _port = first.publisher::<SafeCommand>().unwrap();
-    let second = Node::open_in(&domain.0, "demo", ProcessId::Filter).unwrap();
+    let second = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
     let refusal = second.publisher::<SafeCommand>().unwrap_err();
     assert!(matches!(refusal, NodeError::Taken { role: "writer", .. }), "{refusal:?}");
     assert!(refusal.to_string().contains("demo/safe_command"), "{refusal}");
-    let other_stack = Node::open_in(&domain.0, "demo2", ProcessId::Filter).unwrap();
+    let other_stack = Node::open_in(&domain, "demo2", ProcessId::Filter).unwrap();
     other_stack.publisher::<SafeCommand>().unwrap();
 }
 
 #[test]
 fn names_that_cannot_be_part_of_a_service_are_refused() {
-    let domain = TestDomain::new();
+    let domain = ScopedDomain::new();
     for refused in ["", "a/b", "a b", &"x".repeat(65)] {
-        let error = Node::open_in(&domain.0, refused, ProcessId::Filter).unwrap_err();
+        let error = Node::open_in(&domain, refused, ProcessId::Filter).unwrap_err();
         assert!(matches!(error, NodeError::InvalidInstance { .. }), "{error:?}");
     }
 }
 
 #[test]
 fn health_has_many_writers_and_at_most_five_reports_a_second() {
-    let domain = TestDomain::new();
-    let launcher = Node::open_in(&domain.0, "demo", ProcessId::Launcher).unwrap();
+    let domain = ScopedDomain::new();
+    let launcher = Node::open_in(&domain, "demo", ProcessId::Launcher).unwrap();
     let mut reports = launcher.subscriber_all::<Health>().unwrap();
-    let filter = Node::open_in(&domain.0, "demo", ProcessId::Filter).unwrap();
-    let bridge = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let filter = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
+    let bridge = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let mut of_filter = HealthReporter::new(&filter).unwrap();
     let mut of_bridge = HealthReporter::new(&bridge).unwrap();
     for cycle in 1..=250_u64 {

@@ -2,6 +2,8 @@
 //!
 //! The other process is this test binary again, with a role in its environment.
 
+#![allow(clippy::unwrap_used)] // helpers of tests may panic as tests do
+
 mod common;
 
 use std::{
@@ -11,10 +13,10 @@ use std::{
     time::Duration,
 };
 
-use common::{PATIENCE, TestDomain, eventually, goal};
+use common::{PATIENCE, eventually, goal};
 use messages::{Goal, ProcessId};
 use node_runtime::{
-    CyclicTimer, Domain, Node, RealClock, Shutdown, Subscriber, clean_up, leftovers, members,
+    CyclicTimer, Domain, Node, RealClock, ScopedDomain, Shutdown, Subscriber, clean_up, leftovers, members,
 };
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -88,10 +90,10 @@ fn hear(goals: &mut Subscriber<Goal>) -> Goal {
 
 #[test]
 fn a_message_crosses_processes_intact_and_wakes_the_receiver() {
-    let domain = TestDomain::new();
-    let node = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let (mut goals, wake_up) = (node.subscriber::<Goal>().unwrap(), node.wake_up().unwrap());
-    let _sender = Other::start("sender", &domain.0);
+    let _sender = Other::start("sender", &domain);
     let heard = eventually("a woken goal", || {
         wake_up.wait(PATIENCE);
         goals.newest()
@@ -102,26 +104,26 @@ fn a_message_crosses_processes_intact_and_wakes_the_receiver() {
 
 #[test]
 fn a_killed_sender_is_heard_again_after_its_restart() {
-    let domain = TestDomain::new();
-    let node = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let mut goals = node.subscriber::<Goal>().unwrap();
     for _ in 0..3 {
-        let mut sender = Other::start("sender", &domain.0);
+        let mut sender = Other::start("sender", &domain);
         hear(&mut goals);
         sender.kill();
         while goals.newest().is_some() {}
         // The slot of the single writer is still taken by the dead process; its successor frees it.
-        let _successor = Other::start("sender", &domain.0);
+        let _successor = Other::start("sender", &domain);
         assert!(hear(&mut goals).stamp.sequence < 1_000, "a restarted sender counts from the beginning");
     }
 }
 
 #[test]
 fn a_stopped_and_then_killed_receiver_never_blocks_the_sender() {
-    let domain = TestDomain::new();
-    let node = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let (port, waker) = (node.publisher::<Goal>().unwrap(), node.waker(ProcessId::Nominal).unwrap());
-    let mut receiver = Other::start("receiver", &domain.0);
+    let mut receiver = Other::start("receiver", &domain);
     let send_many = || {
         for sequence in 0..3_000 {
             port.send(&goal(sequence)).unwrap();
@@ -135,55 +137,55 @@ fn a_stopped_and_then_killed_receiver_never_blocks_the_sender() {
     send_many();
     receiver.kill();
     send_many();
-    let _successor = Other::start("receiver", &domain.0);
+    let _successor = Other::start("receiver", &domain);
     send_many();
 }
 
 #[test]
 fn what_killed_processes_leave_behind_is_found_and_removed() {
-    let domain = TestDomain::new();
-    let mut others = [Other::start("sender", &domain.0), Other::start("receiver", &domain.0)];
+    let domain = ScopedDomain::new();
+    let mut others = [Other::start("sender", &domain), Other::start("receiver", &domain)];
     eventually("both to live", || {
-        let members = members(&domain.0).unwrap();
+        let members = members(&domain).unwrap();
         (members.iter().filter(|member| member.alive).count() == 2).then_some(())
     });
-    assert_eq!(leftovers(&domain.0).unwrap(), [], "what the living use is no leftover");
-    assert_eq!(clean_up(&domain.0).unwrap(), [], "nor is it removed");
+    assert_eq!(leftovers(&domain).unwrap(), [], "what the living use is no leftover");
+    assert_eq!(clean_up(&domain).unwrap(), [], "nor is it removed");
     for other in &mut others {
         other.kill();
     }
-    let found = leftovers(&domain.0).unwrap();
+    let found = leftovers(&domain).unwrap();
     let segments = found.iter().filter(|leftover| leftover.path.starts_with("/dev/shm")).count();
     assert!(segments > 0 && found.len() > segments, "{found:?}");
-    assert_eq!(clean_up(&domain.0).unwrap(), found);
-    assert_eq!(leftovers(&domain.0).unwrap(), []);
-    assert_eq!(members(&domain.0).unwrap(), []);
+    assert_eq!(clean_up(&domain).unwrap(), found);
+    assert_eq!(leftovers(&domain).unwrap(), []);
+    assert_eq!(members(&domain).unwrap(), []);
 }
 
 #[test]
 fn a_process_killed_while_it_starts_spoils_nothing() {
-    let domain = TestDomain::new();
-    let node = Node::open_in(&domain.0, "demo", ProcessId::Nominal).unwrap();
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
     let mut goals = node.subscriber::<Goal>().unwrap();
     for delay_ms in 0..20 {
-        let mut sender = Other::start("sender", &domain.0);
+        let mut sender = Other::start("sender", &domain);
         std::thread::sleep(Duration::from_millis(delay_ms));
         sender.kill();
     }
     while goals.newest().is_some() {}
-    let _sender = Other::start("sender", &domain.0);
+    let _sender = Other::start("sender", &domain);
     hear(&mut goals);
 }
 
 #[test]
 fn a_service_whose_creator_was_killed_half_way_is_created_anew() {
-    let domain = TestDomain::new();
-    let node = Node::open_in(&domain.0, "demo", ProcessId::Bridge).unwrap();
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
     let file = {
         let _living = node.publisher::<Goal>().unwrap();
         let services = std::fs::read_dir("/tmp/iceoryx2/services").unwrap();
         let mut paths = services.map(|entry| entry.unwrap().path());
-        paths.find(|path| path.to_string_lossy().contains(domain.0.prefix())).unwrap()
+        paths.find(|path| path.to_string_lossy().contains(domain.prefix())).unwrap()
     };
     assert!(!file.exists());
     // What iceoryx2 leaves: a description without content that may still be written.

@@ -96,19 +96,18 @@ fn other_stacks(domain: &Domain) -> Finding {
 mod tests {
     use super::super::Severity;
     use super::*;
-    use crate::Node;
+    use crate::{Node, ScopedDomain};
     use messages::ProcessId;
 
     #[test]
     fn a_running_process_is_named() {
-        let domain = Domain::isolated();
+        let domain = ScopedDomain::new();
         assert_eq!(other_stacks(&domain).severity, Severity::Good);
         let node = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
         let finding = other_stacks(&domain);
         assert!(finding.what.contains("demo/filter"), "{finding:?}");
         assert!(finding.what.contains(&std::process::id().to_string()), "{finding:?}");
         drop(node);
-        crate::clean_up(&domain).unwrap();
     }
 
     #[test]

@@ -1,27 +1,13 @@
-//! What the tests of ports share: a domain that vanishes with its test, a message, patience.
+//! What the tests of ports share: a message, and patience.
 
 use std::time::Duration;
 
 use messages::{Goal, Stamp};
-use node_runtime::{Clock, Domain, RealClock, clean_up};
+use node_runtime::{Clock, RealClock};
 
 /// Longest time anything here may take before the test calls it lost.
+#[allow(dead_code)] // not every test binary waits
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
-
-/// A domain of its own for one test. Declare it first: it is dropped last and takes every file along.
-pub(crate) struct TestDomain(pub(crate) Domain);
-
-impl TestDomain {
-    pub(crate) fn new() -> Self {
-        Self(Domain::isolated())
-    }
-}
-
-impl Drop for TestDomain {
-    fn drop(&mut self) {
-        clean_up(&self.0).unwrap();
-    }
-}
 
 /// A goal that tells its sequence number in every field that can.
 pub(crate) fn goal(sequence: u64) -> Goal {
