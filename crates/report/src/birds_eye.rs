@@ -78,6 +78,8 @@ pub fn birds_eye_svg(record: &RunRecord, time_s: f64, zero_level: Option<&ZeroLe
         Rectangle::new().set("width", WIDTH).set("height", view.height()).set("fill", Role::Paper.hex());
     let mut picture = Document::new()
         .set("viewBox", (0.0, 0.0, WIDTH, view.height()))
+        .set("width", WIDTH)
+        .set("height", view.height().round())
         .set("font-family", "system-ui, sans-serif")
         .set("role", "img")
         .set("aria-label", "the robot among people, seen from above")
@@ -224,7 +226,8 @@ fn caption(view: &View, record: &RunRecord, moment: &Moment<'_>) -> Group {
         Rung::of_code(command.status).label()
     );
     let text = Text::new(text).set("x", 18).set("y", view.height() - 18.0).set("fill", Role::Ink.hex());
-    let key = Text::new("1 m grid, red line h = 0").set("x", WIDTH - 18.0).set("y", view.height() - 18.0);
+    let key =
+        Text::new("1 m grid, outlined area h < 0").set("x", WIDTH - 18.0).set("y", view.height() - 18.0);
     Group::new()
         .set("font-size", 22)
         .add(text)

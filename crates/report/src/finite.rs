@@ -14,6 +14,7 @@ pub(crate) fn rounded(value: f64, digits: i32) -> Option<f64> {
 }
 
 /// Serialises a number that may be infinite.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's `serialize_with` passes a reference")]
 pub(crate) fn or_null<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     serde::Serialize::serialize(&finite(*value), serializer)
 }

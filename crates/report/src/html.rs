@@ -94,8 +94,12 @@ const fn outcome_class(outcome: Outcome) -> &'static str {
 
 fn subtitle(record: &RunRecord, verdict: &Verdict) -> String {
     let most = record.obstacles.iter().map(|message| message.as_slice().len()).max().unwrap_or(0);
-    let people = if most == 1 { "1 obstacle".to_owned() } else { format!("up to {most} obstacles") };
-    format!("{:.1} s, {people} at a time, {} filter cycles", verdict.duration_s, verdict.latency.cycles)
+    let people = match most {
+        0 => "no obstacles".to_owned(),
+        1 => "1 obstacle at a time".to_owned(),
+        _ => format!("up to {most} obstacles at a time"),
+    };
+    format!("{:.1} s, {people}, {} filter cycles", verdict.duration_s, verdict.latency.cycles)
 }
 
 fn tiles(verdict: &Verdict) -> String {

@@ -52,8 +52,7 @@ fn frame(record: &RunRecord, moment: &Moment<'_>, level: Option<&ZeroLevel>) -> 
         .flat_map(|person| {
             let [x, y] = predicted_position_m(person, moment.time_ns).map(centi);
             let [vx, vy] = person.velocity_in_odom_mps.map(centi);
-            // An identity is shown, not computed with: beyond 2⁵³ a script would round it, so it is cut.
-            [(person.track_id & ((1 << 53) - 1)) as i64, x, y, centi(person.radius_m), vx, vy]
+            [shown_identity(person.track_id), x, y, centi(person.radius_m), vx, vy]
         })
         .collect();
     json!({
@@ -66,8 +65,8 @@ fn frame(record: &RunRecord, moment: &Moment<'_>, level: Option<&ZeroLevel>) -> 
         "slack": barrier(command.slack_mps),
         "margin": barrier(command.hard_margin_mps),
         "u": command.control.map(|value| rounded(value, 3)),
-        "wanted": command.nominal.map(|value| barrier(value)),
-        "critical": command.critical_track_id & ((1 << 53) - 1),
+        "wanted": command.nominal.map(barrier),
+        "critical": shown_identity(command.critical_track_id),
         "people": people,
         "zero": level.map_or_else(Vec::new, rings),
         "grid": level.map(|level| [level.min_m.map(centi), level.max_m.map(centi)]),
@@ -111,6 +110,11 @@ fn distinct_goals(record: &RunRecord) -> Vec<Value> {
         }
     }
     goals
+}
+
+/// A track's identity as a script can hold it: a number beyond 2⁵³ would be rounded, so its upper bits are cut.
+fn shown_identity(track_id: u64) -> i64 {
+    (track_id & ((1 << 53) - 1)).cast_signed()
 }
 
 fn rung_index(rung: Rung) -> usize {

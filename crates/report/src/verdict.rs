@@ -42,7 +42,9 @@ impl TimeShares {
         let mut shares = Self::default();
         let total_s: f64 = spans.iter().map(Span::length_s).sum();
         if total_s > 0.0 {
-            spans.iter().for_each(|span| *shares.share_mut(span.rung) += span.length_s() / total_s);
+            for span in spans {
+                *shares.share_mut(span.rung) += span.length_s() / total_s;
+            }
         }
         shares
     }

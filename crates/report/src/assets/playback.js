@@ -220,7 +220,7 @@
 
   const writeValues = (frame) => {
     const hasBarrier = frame.rung < 2;
-    const far = hasBarrier ? "far away" : "not evaluated";
+    const far = hasBarrier ? "no obstacle" : "not evaluated";
     const rows = [
       ["h", show(frame.h, "m", far)],
       ["SDF", show(frame.sdf, "m", far)],
