@@ -125,7 +125,7 @@ pub fn leftovers(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
 /// # Errors
 /// [`CleanUpError`]; what was removed before stays removed.
 pub fn clean_up(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
-    let before = files(domain)?;
+    let before = leftovers(domain)?;
     each_node(domain, |state| {
         if let NodeState::Dead(view) = state
             && let Err(error) = view.blocking_remove_stale_resources(CLEANER_PATIENCE)
