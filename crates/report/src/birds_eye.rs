@@ -220,7 +220,7 @@ pub(crate) fn pose(moment: &Moment<'_>) -> ([f64; 2], f64) {
 fn caption(view: &View, record: &RunRecord, moment: &Moment<'_>) -> Group {
     let command = moment.command;
     let text = format!(
-        "{:.1} s   h = {} m   {}",
+        "{:.1} s · h = {} m · {}",
         record.seconds(moment.time_ns),
         number(command.h_m, 2),
         Rung::of_code(command.status).label()
