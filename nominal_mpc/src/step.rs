@@ -74,7 +74,7 @@ impl NominalController {
     /// Goals may lie far beyond the horizon: the MPC takes the goal pose itself as its reference, as the paper does,
     /// and then drives towards it at full speed. Its plan starts at the robot state's own time.
     ///
-    /// Allocates nothing itself; with `mpc` Clarabel allocates while it solves.
+    /// Allocates nothing itself; with `mpc` Clarabel allocates once for each QP it solves.
     ///
     /// # Errors
     /// [`Silence`] where no command can be answered for. Nothing is to be sent then: the filter brakes on silence.

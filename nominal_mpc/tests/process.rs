@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use common::{goal, state};
 use messages::{Goal, Intent, NominalCommand, ProcessId, RobotState};
-use node_runtime::{Clock, Domain, Node, RealClock};
+use node_runtime::{Clock, Domain, Node, RealClock, ScopedDomain};
 
 const INSTANCE: &str = "nominal";
 
@@ -26,7 +26,7 @@ impl Drop for Running {
 
 #[test]
 fn commands_flow_while_robot_states_do() {
-    let domain = Domain::isolated();
+    let domain = ScopedDomain::new();
     let node = Node::open_in(&domain, INSTANCE, ProcessId::Bridge).unwrap();
     let states = node.publisher::<RobotState>().unwrap();
     let goals = node.publisher::<Goal>().unwrap();

@@ -51,8 +51,9 @@ impl UnicycleMpcSettings {
 /// Model-predictive control of `[x, y, heading]` towards a goal pose.
 ///
 /// The cost is the paper's, quadratic in position and heading error. The heading error is an angle on the real
-/// line: the branch next to the previous error is kept, up to [`BRANCH_HYSTERESIS_RAD`] beyond half a turn, so it
-/// never jumps as the measured heading wraps.
+/// line: the branch next to the previous error is kept, up to 30° beyond half a turn, so it never jumps as the
+/// measured heading wraps. A guess that turns left and one that turns right compete with the previous plan, so that a
+/// goal straight behind, where every derivative vanishes, is turned to as well.
 pub struct UnicycleMpc {
     sqp: Sqp<EulerUnicycle, 3, 2>,
     /// Error of the previous call and the goal it belonged to.
