@@ -1,0 +1,57 @@
+//! The settings file reaches the solver unchanged.
+
+#![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not recognise as such
+
+use reachability::{Outcome, SettingsSolveError, TubeForm, UpwindScheme, solve_settings};
+use settings::{RobotKind, Settings};
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// The shipped settings on a grid small enough for a test.
+fn small() -> Settings {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/ground_robot_paper.toml");
+    let mut settings = Settings::load(&path).unwrap();
+    let offline = settings.offline.as_mut().unwrap();
+    offline.grid.count = [13, 13, 8, 4];
+    offline.solver.max_horizon_s = 0.5;
+    offline.solver.unsafe_share_tolerance = 0.0;
+    settings
+}
+
+#[test]
+fn shipped_settings_describe_the_papers_game() {
+    let value = solve_settings(&small(), &mut |_| ControlFlow::Continue(())).unwrap();
+    let metadata = value.metadata();
+    assert_eq!(metadata.problem.dynamics, "unicycle_pair");
+    assert_eq!(metadata.problem.control.min, [0.25, -0.8]);
+    assert_eq!(metadata.problem.control.max, [1.0, 0.8]);
+    assert_eq!(metadata.problem.disturbance.max, [0.35]);
+    assert_eq!(metadata.problem.failure_radius_m, 0.7);
+    assert_eq!(metadata.solver.upwind, UpwindScheme::Weno3);
+    assert_eq!(metadata.solver.tube, TubeForm::Variational);
+    assert_eq!((metadata.outcome, metadata.horizon_s), (Outcome::HorizonReached, 0.5));
+    assert_eq!(value.grid().shape(), [13, 13, 8, 4]);
+    assert!(value.grid().axes()[2].periodic && !value.grid().axes()[3].periodic);
+}
+
+#[test]
+fn the_robots_kind_chooses_the_dynamics() {
+    let mut settings = small();
+    settings.robot.kind = RobotKind::DoubleIntegrator;
+    let error = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(matches!(error, SettingsSolveError::Disturbance(_)), "one turn rate is no pair of accelerations");
+    settings.robot.control_min = [-2.0; 2];
+    settings.robot.control_max = [2.0; 2];
+    settings.obstacle.disturbance_min = vec![-1.0; 2];
+    settings.obstacle.disturbance_max = vec![1.0; 2];
+    let value = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(value.metadata().problem.dynamics, "double_integrator_pair");
+}
+
+#[test]
+fn what_the_file_lacks_is_named() {
+    let mut settings = small();
+    settings.offline = None;
+    let error = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(error.to_string().contains("`offline`"), "{error}");
+}
