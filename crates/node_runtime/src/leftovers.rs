@@ -8,7 +8,7 @@ use std::{
     collections::HashSet,
     io::ErrorKind,
     ops::Deref,
-    os::unix::fs::PermissionsExt,
+    os::unix::fs::{MetadataExt, PermissionsExt},
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -19,12 +19,17 @@ use iceoryx2::{
     service::ipc_threadsafe::Service,
 };
 
+use rustix::time::{ClockId, clock_gettime};
+
 use crate::{Domain, domain::quieten};
 
 /// Where Linux keeps POSIX shared memory.
 const SHARED_MEMORY_FOLDER: &str = "/dev/shm";
 /// How long to wait for another process that is cleaning up after the same dead one.
 const CLEANER_PATIENCE: Duration = Duration::from_secs(1);
+
+/// Age at which an empty folder is certainly nobody's, s.
+const ABANDONED_AFTER_S: i64 = 10;
 
 /// A file, in shared memory or in iceoryx2's folder, that belongs to a domain.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -138,6 +143,7 @@ pub fn clean_up(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
             remove(&file.path)?;
         }
     }
+    remove_abandoned_folders(domain);
     let after: HashSet<_> = files(domain)?.into_iter().map(|file| file.path).collect();
     Ok(before.into_iter().filter(|file| !after.contains(&file.path)).collect())
 }
@@ -229,6 +235,28 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, CleanUpError> {
     }
 }
 
+/// Removes members' folders that have stayed empty: their owners were killed before they wrote anything that would tell
+/// the domain. A living process fills its folder within milliseconds.
+fn remove_abandoned_folders(domain: &Domain) {
+    let now_s = clock_gettime(ClockId::Realtime).tv_sec;
+    let node_folder = PathBuf::from(domain.config().global.node_dir().to_string());
+    for folder in entries(&node_folder).unwrap_or_default() {
+        let old = folder.metadata().is_ok_and(|metadata| now_s - metadata.mtime() > ABANDONED_AFTER_S);
+        if old && is_members_folder(&folder) {
+            // Refused while it holds something.
+            let _ = std::fs::remove_dir(&folder);
+        }
+    }
+}
+
+/// Whether this is the folder of one member, named by its id.
+fn is_members_folder(path: &Path) -> bool {
+    path.is_dir()
+        && path
+            .file_name()
+            .is_some_and(|name| name.to_string_lossy().bytes().all(|byte| byte.is_ascii_digit()))
+}
+
 /// Removes a file and its folder, if that is one member's own and now empty.
 pub(crate) fn remove(path: &Path) -> Result<(), CleanUpError> {
     match std::fs::remove_file(path) {
@@ -237,9 +265,7 @@ pub(crate) fn remove(path: &Path) -> Result<(), CleanUpError> {
         Err(source) => return Err(CleanUpError::File { path: path.to_owned(), source }),
     }
     if let Some(folder) = path.parent()
-        && folder
-            .file_name()
-            .is_some_and(|name| name.to_string_lossy().bytes().all(|byte| byte.is_ascii_digit()))
+        && is_members_folder(folder)
     {
         // Refused while it still holds something, which is then removed in its turn.
         let _ = std::fs::remove_dir(folder);
