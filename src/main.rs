@@ -4,6 +4,7 @@ mod cli;
 mod common;
 mod doctor;
 mod inspect;
+mod lockstep;
 mod outcome;
 mod process;
 mod progress;

@@ -7,7 +7,7 @@ use barrier::Model;
 use cbf_filter::{SafetyFilter, load_model};
 use messages::{Goal, Obstacles, RobotState, SafeCommand, SourceStatus};
 use recording::read_wire;
-use report::{BarrierGrid, Moment, RunRecord, Verdict, ZeroLevel};
+use report::{BarrierGrid, Moment, RunRecord, ZeroLevel};
 use settings::Settings;
 
 /// Half width of the window in which the zero level is drawn, m, and its points a side.
@@ -50,25 +50,28 @@ pub(crate) fn write_report(record: &RunRecord, settings: &Settings, folder: &Pat
     let page = report::html(record, &zero_levels)?;
     std::fs::write(folder.join("report.html"), page).context("cannot write the report")?;
     let picture_time_s = liveliest_moment_s(record);
-    let nearest = zero_levels
-        .iter()
-        .min_by_key(|level| level.time_ns.abs_diff(record.stack_time_ns(picture_time_s)));
+    let nearest =
+        zero_levels.iter().min_by_key(|level| level.time_ns.abs_diff(record.stack_time_ns(picture_time_s)));
     let picture = report::birds_eye_svg(record, picture_time_s, nearest);
     std::fs::write(folder.join("birds_eye.svg"), picture).context("cannot write the picture")
 }
 
-/// Prints the verdict; as JSON on standard output if asked.
-pub(crate) fn print_verdict(verdict: &Verdict, json: bool) -> anyhow::Result<()> {
+/// Prints figures for a person, or as JSON on standard output if asked.
+pub(crate) fn print_figures<T: std::fmt::Display + serde::Serialize>(
+    figures: &T,
+    json: bool,
+) -> anyhow::Result<()> {
     if json {
-        println!("{}", serde_json::to_string_pretty(verdict)?);
+        println!("{}", serde_json::to_string_pretty(figures)?);
     } else {
-        println!("{verdict}");
+        println!("{figures}");
     }
     Ok(())
 }
 
 fn messages_of<T: messages::Message>(file: &Path) -> anyhow::Result<Vec<T>> {
-    let stamped = read_wire::<T>(file).with_context(|| format!("cannot read {} from {}", T::SERVICE, file.display()))?;
+    let stamped = read_wire::<T>(file)
+        .with_context(|| format!("cannot read {} from {}", T::SERVICE, file.display()))?;
     Ok(stamped.into_iter().map(|(_, message)| message).collect())
 }
 

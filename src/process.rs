@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
+use barrier::Kernel;
 use messages::{
     Detections, Goal, Health, NominalCommand, Obstacles, ProcessId, RobotState, SafeCommand, SourceStatus,
 };
-use barrier::Kernel;
 use node_runtime::{Node, Shutdown, Subscriber};
 use recording::{Recorder, RecordingInfo, WireMessage};
 use settings::KernelChoice;
@@ -16,13 +16,13 @@ use crate::common::settings;
 /// Process 1.
 pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
     let settings = settings(&args.process)?;
-    perception_bridge::shell::run(&settings, &args.process.instance, &args.source.options(args.closed_loop))?;
+    perception_bridge::shell::run(&settings, &args.process.instance, &args.source.choice(args.closed_loop))?;
     Ok(true)
 }
 
 /// Process 2.
 pub(crate) fn estimator(args: &ProcessArgs) -> anyhow::Result<bool> {
-    obstacle_estimator::run(&settings(args)?, &args.instance)?;
+    obstacle_estimator::shell::run(&settings(args)?, &args.instance)?;
     Ok(true)
 }
 

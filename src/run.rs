@@ -1,12 +1,11 @@
 //! `cncbf run`: the whole stack on this machine, to its goal, then a verdict and a report.
 
-use report::Outcome;
-use report::Verdict;
+use report::{Outcome, Verdict};
 use settings::Settings;
 
 use crate::cli::{RunArgs, Source};
 use crate::common::settings;
-use crate::outcome::{print_verdict, read_record, write_report};
+use crate::outcome::{print_figures, read_record, write_report};
 use crate::run_folder;
 use crate::session::{SessionEnd, SessionPlan, run_stack};
 
@@ -20,10 +19,9 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         settings.simulation.people = people;
     }
     let title = match &args.source {
-        Source::Sim => format!(
-            "cncbf run: {} people, seed {}",
-            settings.simulation.people, settings.simulation.seed
-        ),
+        Source::Sim => {
+            format!("cncbf run: {} people, seed {}", settings.simulation.people, settings.simulation.seed)
+        }
         Source::Mcap(file) => format!("cncbf run: {}", file.display()),
     };
     let live = Live {
@@ -35,9 +33,9 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         record: args.record.as_deref(),
         report: args.report.as_deref(),
         title,
-        json: args.json,
     };
     let (verdict, end) = live.run()?;
+    print_figures(&verdict, args.json)?;
     if end.interrupted {
         eprintln!("interrupted; the figures are of what was driven until then");
     }
@@ -57,11 +55,10 @@ pub(crate) struct Live<'a> {
     pub(crate) record: Option<&'a std::path::Path>,
     pub(crate) report: Option<&'a std::path::Path>,
     pub(crate) title: String,
-    pub(crate) json: bool,
 }
 
 impl Live<'_> {
-    /// Runs the stack to its end, prints the verdict, writes the report.
+    /// Runs the stack to its end, judges it, writes the report.
     pub(crate) fn run(&self) -> anyhow::Result<(Verdict, SessionEnd)> {
         // A model that does not fit is refused here, before five processes refuse it one by one.
         let model = cbf_filter::load_model(&self.settings.filter.model)?;
@@ -83,7 +80,6 @@ impl Live<'_> {
         let record = read_record(&recording, self.settings, self.title.clone())?;
         let verdict = Verdict::of(&record);
         write_report(&record, self.settings, &folder)?;
-        print_verdict(&verdict, self.json)?;
         if end.crashes > 0 {
             eprintln!("{} processes ended unexpectedly; see the logs in {}", end.crashes, folder.display());
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Context;
 use launcher::{Child, Event, Launcher, Plan, RestartPolicy};
 use messages::{ProcessId, Reason, SafeCommand, SafetyStatus, SourceStatus};
-use node_runtime::{Clock, Node, RealClock, Shutdown, Subscriber};
+use node_runtime::{Clock, Domain, Node, RealClock, Shutdown, Subscriber};
 use settings::Settings;
 
 use crate::cli::Source;
@@ -14,7 +14,7 @@ use crate::common::someone_watches;
 use crate::progress::Bar;
 
 /// How often the launcher looks at its children and at what they say.
-const WATCH_PERIOD: Duration = Duration::from_millis(50);
+const WATCH_PERIOD: Duration = Duration::from_millis(20);
 /// How long children may take to end by themselves.
 const STOP_TIMEOUT: Duration = Duration::from_secs(3);
 /// How long a stack runs on after its goal is reached, so that the stop is in the record, ns.
@@ -57,7 +57,7 @@ pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
         status: node.subscriber::<SourceStatus>()?,
         command: None,
         source: None,
-        bar: Bar::new(plan.instance, 1000),
+        bar: Bar::new("driving", 1000),
         started_ns: RealClock.now_ns(),
         reported_ns: RealClock.now_ns(),
         reached_ns: None,
@@ -77,22 +77,20 @@ pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
         }
     };
     watch.bar.finish();
-    launcher.stop(STOP_TIMEOUT)?;
+    // Our own node must be gone before the launcher looks for what is left over.
+    drop(watch);
+    drop(node);
+    let stopped = launcher.stop(STOP_TIMEOUT);
+    tracing::info!(?stopped, "stack stopped");
     Ok(SessionEnd { crashes, interrupted })
 }
 
-/// Logs an event; counts it if it was a crash; gives up with the launcher.
+/// Counts a crash; ends the run where a process stays down.
 fn note(event: &Event) -> anyhow::Result<usize> {
     match event {
-        Event::GaveUp { .. } => anyhow::bail!("{event}; the logs beside the recording say why"),
-        Event::Exited { .. } => {
-            tracing::warn!("{event}");
-            Ok(1)
-        }
-        Event::Restarted { .. } => {
-            tracing::warn!("{event}");
-            Ok(0)
-        }
+        Event::Finished { .. } | Event::Restarted { .. } => Ok(0),
+        Event::Failed { .. } => Ok(1),
+        Event::GaveUp { .. } | Event::RestartFailed { .. } => anyhow::bail!("{event}"),
     }
 }
 
@@ -102,7 +100,8 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
     let settings_file = plan.folder.join("settings.toml");
     std::fs::write(&settings_file, plan.settings.to_toml()?)
         .with_context(|| format!("cannot write {}", settings_file.display()))?;
-    let common = ["--config".into(), settings_file.into_os_string(), "--instance".into(), plan.instance.into()];
+    let common =
+        ["--config".into(), settings_file.into_os_string(), "--instance".into(), plan.instance.into()];
     let child = |id: ProcessId, subcommand: &str, extra: Vec<std::ffi::OsString>| Child {
         id,
         program: program.clone(),
@@ -115,6 +114,7 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
         bridge.push("--closed-loop".into());
     }
     Ok(Plan {
+        domain: Domain::from_env()?,
         children: vec![
             child(ProcessId::Recorder, "record", vec![plan.recording.clone().into_os_string()]),
             child(ProcessId::Filter, "filter", Vec::new()),
@@ -175,8 +175,14 @@ fn line(source: &SourceStatus, command: Option<&SafeCommand>) -> String {
         |command| {
             let status = SafetyStatus::try_from(command.status).map_or("?", SafetyStatus::label);
             let reason = Reason::try_from(command.reason).map_or("?", Reason::label);
-            format!("h {:.2} m, u [{:.2}, {:+.2}], {status} ({reason})", command.h_m, command.control[0], command.control[1])
+            format!(
+                "h {:.2} m, u [{:.2}, {:+.2}], {status} ({reason})",
+                command.h_m, command.control[0], command.control[1]
+            )
         },
     );
-    format!("{seconds:5.1} s, goal {:.1} m, clearance {:.2} m, {filter}", source.goal_distance_m, source.clearance_m)
+    format!(
+        "{seconds:5.1} s, goal {:.1} m, clearance {:.2} m, {filter}",
+        source.goal_distance_m, source.clearance_m
+    )
 }

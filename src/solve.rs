@@ -36,7 +36,12 @@ pub(crate) fn solve_to(settings: &Settings, output: &Path) -> anyhow::Result<Val
         let share = progress.time_s / progress.max_horizon_s;
         let unsafe_share = progress.latest.map_or(0.0, |entry| entry.unsafe_share);
         bar.set((share * 1000.0) as u64, || {
-            format!("horizon {:.2} of at most {:.1} s, V < 0 at {:.3} %", progress.time_s, progress.max_horizon_s, unsafe_share * 100.0)
+            format!(
+                "horizon {:.2} of at most {:.1} s, V < 0 at {:.3} %",
+                progress.time_s,
+                progress.max_horizon_s,
+                unsafe_share * 100.0
+            )
         });
         ControlFlow::Continue(())
     })?;
@@ -47,8 +52,9 @@ pub(crate) fn solve_to(settings: &Settings, output: &Path) -> anyhow::Result<Val
 
 /// `NAME.value.safetensors` in the working directory.
 pub(crate) fn default_value_file(settings: &Settings) -> anyhow::Result<PathBuf> {
-    let offline = settings.offline.as_ref().context(
-        "the settings have no [offline] part; start from config/ground_robot_paper.toml",
-    )?;
+    let offline = settings
+        .offline
+        .as_ref()
+        .context("the settings have no [offline] part; start from config/ground_robot_paper.toml")?;
     Ok(PathBuf::from(format!("{}.value.safetensors", offline.name)))
 }

@@ -17,7 +17,8 @@ pub(crate) fn train(args: &TrainArgs) -> anyhow::Result<bool> {
     let settings = Settings::load(&args.config)?;
     let value_file = args.value.clone().map_or_else(|| default_value_file(&settings), Ok)?;
     let offline = settings.offline.as_ref().context("the settings have no [offline] part")?;
-    let output = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.safetensors", offline.name)));
+    let output =
+        args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.safetensors", offline.name)));
     crate::common::refuse_unwritable(&output)?;
     let value = if value_file.exists() {
         ValueFunction::load(&value_file).with_context(|| format!("cannot use {}", value_file.display()))?
@@ -53,9 +54,19 @@ pub(crate) fn train(args: &TrainArgs) -> anyhow::Result<bool> {
     if args.json {
         println!("{}", serde_json::to_string_pretty(model.metadata())?);
     } else {
-        println!("error of V outside the failure set: mean {:.4} m, p99 {:.4} m, max {:.4} m", error.outside.mean_m, error.outside.p99_m, error.outside.max_m);
-        println!("near the zero level (|V| < 0.2 m):  mean {:.4} m, p99 {:.4} m", error.near_zero.mean_m, error.near_zero.p99_m);
-        println!("unsafe states called safe {:.3} %, safe states called unsafe {:.3} %", error.false_safe_share * 100.0, error.false_unsafe_share * 100.0);
+        println!(
+            "error of V outside the failure set: mean {:.4} m, p99 {:.4} m, max {:.4} m",
+            error.outside.mean_m, error.outside.p99_m, error.outside.max_m
+        );
+        println!(
+            "near the zero level (|V| < 0.2 m):  mean {:.4} m, p99 {:.4} m",
+            error.near_zero.mean_m, error.near_zero.p99_m
+        );
+        println!(
+            "unsafe states called safe {:.3} %, safe states called unsafe {:.3} %",
+            error.false_safe_share * 100.0,
+            error.false_unsafe_share * 100.0
+        );
         println!("wrote {} (hash {})", output.display(), model.metadata().hash);
     }
     Ok(true)

@@ -39,7 +39,11 @@ fn processes_never_import_each_other() {
             continue;
         }
         for other in PROCESSES {
-            assert!(!names(package).contains(other), "{} imports {other}; let them meet in messages", package.name);
+            assert!(
+                !names(package).contains(other),
+                "{} imports {other}; let them meet in messages",
+                package.name
+            );
         }
     }
 }
@@ -56,7 +60,10 @@ fn reserved_crates_stay_behind_their_one_door() {
             }
         }
     }
-    assert!(seen.contains("iceoryx2") && seen.contains("clarabel") && seen.contains("mcap"), "saw only {seen:?}");
+    assert!(
+        seen.contains("iceoryx2") && seen.contains("clarabel") && seen.contains("mcap"),
+        "saw only {seen:?}"
+    );
 }
 
 #[test]
@@ -75,8 +82,12 @@ fn libraries_import_no_process_except_the_virtual_stack() {
 #[test]
 fn exactly_one_package_sets_default_run() {
     let metadata = metadata();
-    let with_default_run: Vec<_> =
-        metadata.packages.iter().filter(|package| package.default_run.is_some()).map(|p| p.name.as_str()).collect();
+    let with_default_run: Vec<_> = metadata
+        .packages
+        .iter()
+        .filter(|package| package.default_run.is_some())
+        .map(|p| p.name.as_str())
+        .collect();
     assert_eq!(with_default_run, ["cncbf"]);
 }
 

@@ -31,7 +31,9 @@ fn assert_refused(arguments: &[&str], expected: &str) {
 #[test]
 fn help_shows_every_subcommand_and_examples() {
     let text = String::from_utf8(cncbf(&["--help"]).stdout).expect("text");
-    for word in ["run", "replay", "why", "solve", "train", "inspect", "doctor", "record", "Examples:", "Exit code"] {
+    for word in
+        ["run", "replay", "why", "solve", "train", "inspect", "doctor", "record", "Examples:", "Exit code"]
+    {
         assert!(text.contains(word), "help lacks {word}:\n{text}");
     }
     for subcommand in ["run", "replay", "why", "solve", "train"] {
@@ -52,7 +54,11 @@ fn settings_that_cannot_be_used_are_named() {
     assert_refused(&["filter", "--config", "nowhere.toml"], "nowhere.toml");
     let negative = write("negative.toml", &good.replacen("radius_m = 0.35", "radius_m = -0.35", 1));
     assert_refused(&["filter", "--config", &negative], "robot.radius_m");
-    let output = cncbf(&["filter", "--config", &write("unknown.toml", &good.replace("[robot]", "[robot]\ncolour = 1"))]);
+    let output = cncbf(&[
+        "filter",
+        "--config",
+        &write("unknown.toml", &good.replace("[robot]", "[robot]\ncolour = 1")),
+    ]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("colour"), "{}", stderr(&output));
 }
@@ -100,7 +106,10 @@ fn recordings_that_cannot_be_used_are_named() {
     };
     assert_refused(&["replay", "nowhere.mcap", "--lockstep"], "nowhere.mcap");
     assert_refused(&["replay", &file("empty.mcap", b""), "--lockstep"], "empty.mcap");
-    assert_refused(&["replay", &file("text.mcap", b"this is no recording, but long enough to be read"), "--lockstep"], "text.mcap");
+    assert_refused(
+        &["replay", &file("text.mcap", b"this is no recording, but long enough to be read"), "--lockstep"],
+        "text.mcap",
+    );
     assert_refused(&["why", "nowhere.mcap", "1.0"], "nowhere.mcap");
 }
 

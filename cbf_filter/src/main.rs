@@ -1,14 +1,31 @@
-//! The safety filter as a program of its own.
+//! `cbf_filter` as a program of its own, for a robot that wants one small binary per process.
 
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
-use anyhow::Context;
+use clap::Parser;
+use settings::Settings;
+
+/// Correct the nominal command so that nobody is touched: everything in, safe command out
+#[derive(Debug, Parser)]
+#[command(version, after_help = "Example: cbf_filter --config config/ground_robot.toml --instance demo")]
+struct Arguments {
+    /// Settings file
+    #[arg(long, value_name = "F.toml")]
+    config: PathBuf,
+    /// Name of the stack
+    #[arg(long, default_value = "cncbf", value_name = "NAME")]
+    instance: String,
+}
 
 fn main() -> anyhow::Result<()> {
-    tracing_subscriber::fmt().with_writer(std::io::stderr).init();
-    let mut arguments = std::env::args().skip(1);
-    let settings =
-        arguments.next().map(PathBuf::from).context("usage: cbf_filter SETTINGS.toml [INSTANCE]")?;
-    let instance = arguments.next().unwrap_or_else(|| "cncbf".to_owned());
-    cbf_filter::shell::run(&settings::Settings::load(&settings)?, &instance)
+    let arguments = Arguments::parse();
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .init();
+    cbf_filter::shell::run(&Settings::load(&arguments.config)?, &arguments.instance)
 }

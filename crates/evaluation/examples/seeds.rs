@@ -19,7 +19,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let model = cbf_filter::load_model(&settings.filter.model)?;
     let (mut reached, mut untouched, mut total) = (0, 0, 0);
-    println!("{:>5} {:>8} {:>11} {:>14} {:>7} {:>7}", "seed", "reached", "collisions", "clearance m", "time s", "path m");
+    println!(
+        "{:>5} {:>8} {:>11} {:>14} {:>7} {:>7}",
+        "seed", "reached", "collisions", "clearance m", "time s", "path m"
+    );
     for seed in first.parse::<u64>()?..=last.parse()? {
         settings.simulation.seed = seed;
         let mut stack = VirtualStack::new(&settings, &model, Box::new(SimulatedCrowd::new(&settings)?))?;

@@ -120,6 +120,12 @@ impl Recorder {
         }
     }
 
+    /// Hands over a message and waits until there is room: for replays in virtual time, which may outrun the disk. Whether
+    /// the writer still lives.
+    pub fn record_waiting(&mut self, log_time_ns: u64, message: impl Into<WireMessage>) -> bool {
+        self.queue.as_ref().is_some_and(|queue| queue.send((log_time_ns, message.into())).is_ok())
+    }
+
     /// Messages dropped so far.
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)

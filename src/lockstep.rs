@@ -1,0 +1,139 @@
+//! A recording through the stack in one process and virtual time.
+
+use std::time::Duration;
+
+use barrier::Kernel;
+use cbf_filter::{SafetyFilter, load_model};
+use evaluation::{START_NS, VirtualStack};
+use messages::SafeCommand;
+use node_runtime::{Clock, RealClock};
+use perception_bridge::{SourceChoice, open_source};
+use recording::{Recorder, WireMessage};
+use report::RunRecord;
+use settings::Settings;
+use sha2::{Digest, Sha256};
+
+use crate::cli::{Rate, ReplayArgs};
+use crate::outcome::empty_record;
+use crate::process::recording_info;
+use crate::progress::Bar;
+
+/// How often the source's status enters the record, ns.
+const STATUS_PERIOD_NS: u64 = 100_000_000;
+
+/// What came of one replay.
+pub(crate) struct Replayed {
+    /// Everything that flowed.
+    pub(crate) record: RunRecord,
+    /// SHA-256 over the bytes of all safe commands, hexadecimal.
+    pub(crate) commands_sha256: String,
+    /// Evaluation kernel used.
+    pub(crate) kernel: &'static str,
+    /// Virtual seconds per second.
+    pub(crate) speed: f64,
+}
+
+/// Replays once; writes the recording if `recording` and the arguments ask for it.
+pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) -> anyhow::Result<Replayed> {
+    let choice = SourceChoice::Mcap { file: args.file.clone(), closed_loop: args.closed_loop };
+    let model = load_model(&settings.filter.model)?;
+    let kernel: Kernel = SafetyFilter::new(settings, &model)?.kernel();
+    let mut stack = VirtualStack::new(settings, &model, open_source(settings, &choice)?)?;
+    let mut recorder = match args.record.as_ref().filter(|_| recording) {
+        Some(file) => Some(Recorder::create(file, recording_info(settings)?)?),
+        None => None,
+    };
+    let mut record =
+        empty_record(settings, &model, format!("cncbf replay --lockstep: {}", args.file.display()))?;
+    let mut digest = Sha256::new();
+    let pace = Pace::new(args);
+    let bar = Bar::new("replaying", 1000);
+    let mut status_due_ns = START_NS;
+    loop {
+        let command = stack.cycle(&mut |now_ns, message| {
+            if let Some(recorder) = &mut recorder {
+                recorder.record_waiting(now_ns, message);
+            }
+            keep(&mut record, message);
+        });
+        let Some(command) = command else { break };
+        digest.update(bytes_of(&command));
+        let now_ns = command.ledger.filter_woke_ns;
+        if now_ns >= status_due_ns {
+            status_due_ns += STATUS_PERIOD_NS;
+            let status = stack.status();
+            record.source_status.push(status);
+            if let Some(recorder) = &mut recorder {
+                recorder.record_waiting(now_ns, status);
+            }
+            bar.set(status.elapsed_ns * 1000 / status.total_ns.max(1), String::new);
+        }
+        pace.wait(now_ns);
+        if args.duration.is_some_and(|limit_s| (now_ns - START_NS) as f64 * 1e-9 >= limit_s) {
+            break;
+        }
+        if args.closed_loop && stack.status().goal_reached != 0 {
+            break;
+        }
+    }
+    bar.finish();
+    let status = stack.status();
+    record.source_status.push(status);
+    if let Some(mut recorder) = recorder {
+        recorder.record_waiting(status.published_ns, status);
+        recorder.finish()?;
+    }
+    let virtual_s = record.duration_s();
+    Ok(Replayed {
+        commands_sha256: hex(&digest.finalize()),
+        kernel: kernel.name(),
+        speed: virtual_s / pace.elapsed_s(),
+        record,
+    })
+}
+
+/// Files a message under its kind.
+fn keep(record: &mut RunRecord, message: WireMessage) {
+    match message {
+        WireMessage::RobotState(message) => record.robot_states.push(message),
+        WireMessage::Obstacles(message) => record.obstacles.push(message),
+        WireMessage::Goal(message) => record.goals.push(message),
+        WireMessage::SafeCommand(message) => record.safe_commands.push(message),
+        WireMessage::SourceStatus(message) => record.source_status.push(message),
+        WireMessage::Detections(_) | WireMessage::NominalCommand(_) | WireMessage::Health(_) => {}
+    }
+}
+
+fn bytes_of(command: &SafeCommand) -> &[u8] {
+    bytemuck::bytes_of(command)
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Holds virtual time back to a multiple of real time, or not at all.
+struct Pace {
+    began_ns: u64,
+    rate: Option<f64>,
+}
+
+impl Pace {
+    fn new(args: &ReplayArgs) -> Self {
+        let rate = match args.rate {
+            Rate::Times(rate) if !args.lockstep || rate != 1.0 => Some(rate),
+            Rate::Times(_) | Rate::Max => None,
+        };
+        Self { began_ns: RealClock.now_ns(), rate }
+    }
+
+    fn wait(&self, virtual_ns: u64) {
+        let Some(rate) = self.rate else { return };
+        let due_ns = self.began_ns + ((virtual_ns - START_NS) as f64 / rate) as u64;
+        std::thread::sleep(Duration::from_nanos(due_ns.saturating_sub(RealClock.now_ns())));
+    }
+
+    fn elapsed_s(&self) -> f64 {
+        (RealClock.now_ns() - self.began_ns).max(1) as f64 * 1e-9
+    }
+}

@@ -1,0 +1,154 @@
+//! `cncbf replay`: a recording through the stack, in real time or in lockstep.
+
+use perception_bridge::{IntakeReport, McapSource};
+use report::Verdict;
+use serde::Serialize;
+use settings::{ControllerKind, KernelChoice, Settings};
+
+use crate::cli::{Controller, KernelName, Rate, ReplayArgs, Source};
+use crate::common::settings;
+use crate::outcome::{print_figures, write_report};
+use crate::run::Live;
+use crate::{lockstep, run_folder};
+
+/// What a replay measured.
+#[derive(Debug, Serialize)]
+struct Figures {
+    file: String,
+    mode: &'static str,
+    intake: serde_json::Value,
+    /// SHA-256 over the bytes of all safe commands; only in lockstep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    commands_sha256: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kernel: Option<&'static str>,
+    /// Virtual seconds per second; only in lockstep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speed: Option<f64>,
+    verdict: Verdict,
+}
+
+impl std::fmt::Display for Figures {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        writeln!(f, "{} ({})", self.file, self.mode)?;
+        writeln!(f, "intake     {}", self.intake)?;
+        if let (Some(hash), Some(kernel), Some(speed)) = (&self.commands_sha256, self.kernel, self.speed) {
+            writeln!(f, "commands   SHA-256 {hash}, kernel {kernel}, {speed:.0} times real time")?;
+        }
+        write!(f, "{}", self.verdict)
+    }
+}
+
+/// Replays. Success means: played to the end, and in lockstep every repetition gave the same bytes.
+pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<bool> {
+    let mut settings = settings(&args.process)?;
+    if let Some(controller) = args.controller {
+        settings.nominal.controller = match controller {
+            Controller::Mpc => ControllerKind::Mpc,
+            Controller::Lqr => ControllerKind::Lqr,
+            Controller::Hold => ControllerKind::Hold,
+        };
+    }
+    if let Some(kernel) = args.kernel {
+        settings.filter.kernel = match kernel {
+            KernelName::Portable => KernelChoice::Portable,
+            KernelName::Avx2Fma => KernelChoice::Avx2Fma,
+        };
+    }
+    let intake = intake_json(McapSource::open(&args.file, &settings, args.closed_loop)?.report());
+    if args.lockstep || args.rate != Rate::Times(1.0) {
+        in_lockstep(args, &settings, intake)
+    } else {
+        in_real_time(args, &settings, &intake)
+    }
+}
+
+fn in_lockstep(args: &ReplayArgs, settings: &Settings, intake: serde_json::Value) -> anyhow::Result<bool> {
+    let mut first: Option<lockstep::Replayed> = None;
+    for _ in 0..args.repeat {
+        let replayed = lockstep::replay(args, settings, first.is_none())?;
+        if let Some(first) = &first {
+            if first.commands_sha256 != replayed.commands_sha256 {
+                eprintln!(
+                    "error: two replays of one file differ: {} and {}; a clock or a thread has leaked into a step",
+                    first.commands_sha256, replayed.commands_sha256
+                );
+                return Ok(false);
+            }
+        } else {
+            first = Some(replayed);
+        }
+    }
+    let Some(replayed) = first else { return Ok(true) };
+    if let Some(folder) = &args.report {
+        write_report(&replayed.record, settings, &run_folder::create(Some(folder))?)?;
+    }
+    let figures = Figures {
+        file: args.file.display().to_string(),
+        mode: "lockstep",
+        intake,
+        commands_sha256: Some(replayed.commands_sha256),
+        kernel: Some(replayed.kernel),
+        speed: Some(replayed.speed),
+        verdict: Verdict::of(&replayed.record),
+    };
+    print_figures(&figures, args.json)?;
+    Ok(true)
+}
+
+fn in_real_time(args: &ReplayArgs, settings: &Settings, intake: &serde_json::Value) -> anyhow::Result<bool> {
+    for _ in 0..args.repeat {
+        let (verdict, end) = Live {
+            settings,
+            instance: &args.process.instance,
+            source: &Source::Mcap(args.file.clone()),
+            closed_loop: args.closed_loop,
+            duration_s: args.duration,
+            record: args.record.as_deref(),
+            report: args.report.as_deref(),
+            title: format!("cncbf replay: {}", args.file.display()),
+        }
+        .run()?;
+        let figures = Figures {
+            file: args.file.display().to_string(),
+            mode: "real time",
+            intake: intake.clone(),
+            commands_sha256: None,
+            kernel: None,
+            speed: None,
+            verdict,
+        };
+        print_figures(&figures, args.json)?;
+        if end.interrupted || end.crashes > 0 {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// What became of the recording's messages, by reason.
+fn intake_json(report: &IntakeReport) -> serde_json::Value {
+    let by_reason = |reasons: &std::collections::BTreeMap<messages::Reason, u64>| {
+        reasons
+            .iter()
+            .map(|(reason, count)| (reason.label().to_owned(), *count))
+            .collect::<std::collections::BTreeMap<_, _>>()
+    };
+    let unreadable: std::collections::BTreeMap<String, u64> = report
+        .unreadable
+        .iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(reason, count)| (reason.label().to_owned(), count))
+        .collect();
+    serde_json::json!({
+        "found": report.found,
+        "used": report.used,
+        "not_needed": report.not_needed,
+        "unreadable": unreadable,
+        "refused": by_reason(&report.refused),
+        "refused_detections": report.refused_detections,
+        "refused_transforms": by_reason(&report.refused_transforms),
+        "restamped": report.restamped,
+        "replaced_by_simulation": report.replaced,
+    })
+}
