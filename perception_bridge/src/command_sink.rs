@@ -56,7 +56,7 @@ impl CommandSink {
         self.refused = match (finite, ControlKind::try_from(command.control_kind)) {
             (true, Ok(kind)) if kind == self.kind => None,
             (true, Ok(_) | Err(_)) => Some(Reason::WrongControlKind),
-            (false, _) => Some(Reason::NonFiniteNominalCommand),
+            (false, _) => Some(Reason::MalformedInput),
         };
         match self.refused {
             None => self.newest = Some((now_ns, command.control)),

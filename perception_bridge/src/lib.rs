@@ -5,13 +5,22 @@
 //! [`shell::run`] gives it time and ports. Commands come back through the [`CommandSink`], which brakes by itself when
 //! the filter falls silent.
 //!
+//! [`decode`] and [`Frames`] turn ROS 2 messages into the stack's own; they serve recordings ([`McapSource`]) and, without
+//! change, live topics.
+//!
 //! Not here: estimation of velocities, and any decision about the robot beyond that brake.
 
 mod command_sink;
+pub mod decode;
+mod frames;
+mod nearest;
+mod recorded;
 pub mod shell;
 mod simulated_crowd;
 mod source;
 
 pub use command_sink::{CommandSink, SinkState};
+pub use frames::Frames;
+pub use recorded::{IntakeReport, McapSource, SourceError};
 pub use simulated_crowd::{SimulatedCrowd, SimulationError};
-pub use source::{BridgeEvent, Source};
+pub use source::{BridgeEvent, OpenSourceError, Source, SourceChoice, open_source};

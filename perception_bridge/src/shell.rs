@@ -1,6 +1,5 @@
 //! Time and ports around a [`Source`].
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -8,27 +7,15 @@ use messages::{Detections, Goal, ProcessId, Reason, RobotState, SafeCommand, Sou
 use node_runtime::{Clock, HealthReporter, Node, Publisher, RealClock, Shutdown, WakeUp};
 use settings::Settings;
 
-use crate::simulated_crowd::SimulatedCrowd;
-use crate::source::{BridgeEvent, Source};
+use crate::command_sink::SinkState;
+use crate::source::{BridgeEvent, open_source};
 
 /// How often the source's status is published, ns.
 const STATUS_PERIOD_NS: u64 = 100_000_000;
 /// Longest sleep, so that a wish to stop is heard.
 const LONGEST_WAIT_NS: u64 = 50_000_000;
 
-/// Where the bridge takes the world from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum SourceChoice {
-    /// The simulated crowd of the settings.
-    Simulation,
-    /// A recording, played at its own pace.
-    Mcap {
-        /// The file.
-        file: PathBuf,
-        /// Whether a simulated robot that obeys the filter replaces the recorded one.
-        closed_loop: bool,
-    },
-}
+pub use crate::source::SourceChoice;
 
 /// Runs the bridge of stack `instance` until told to stop. A source that has ended keeps saying so.
 ///
@@ -41,14 +28,16 @@ pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow
     let mut commands = node.subscriber::<SafeCommand>().context("safe commands")?;
     let mut ports = Ports::open(&node)?;
     let mut status_due_ns = 0;
+    let mut braking = None;
     while !shutdown.requested() {
         let woke_ns = RealClock.now_ns();
         if let Some(command) = commands.newest() {
             source.command(&command, woke_ns);
         }
         while let Some(event) = source.poll(RealClock.now_ns()) {
-            ports.publish(event);
+            ports.publish(&event);
         }
+        braking = ports.complain(braking, source.sink_state());
         if woke_ns >= status_due_ns {
             status_due_ns = woke_ns + STATUS_PERIOD_NS;
             ports.publish_status(&source.status(woke_ns));
@@ -61,14 +50,6 @@ pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow
         ports.wake_up.wait(Duration::from_nanos(due_ns.saturating_sub(now_ns)));
     }
     Ok(())
-}
-
-/// Opens the source that `choice` names.
-fn open_source(settings: &Settings, choice: &SourceChoice) -> anyhow::Result<Box<dyn Source>> {
-    Ok(match choice {
-        SourceChoice::Simulation => Box::new(SimulatedCrowd::new(settings)?),
-        SourceChoice::Mcap { .. } => anyhow::bail!("recordings"),
-    })
 }
 
 struct Ports {
@@ -94,20 +75,23 @@ impl Ports {
         })
     }
 
-    fn publish(&mut self, event: BridgeEvent) {
+    fn publish(&mut self, event: &BridgeEvent) {
         let published_ns = RealClock.now_ns();
         let sent = match event {
-            BridgeEvent::RobotState(mut message) => {
+            BridgeEvent::RobotState(message) => {
+                let mut message = *message;
                 message.stamp.published_ns = published_ns;
                 self.robot_states.send(&message)
             }
-            BridgeEvent::Detections(mut message) => {
+            BridgeEvent::Detections(message) => {
+                let mut message = *message;
                 message.stamp.published_ns = published_ns;
                 let sent = self.detections.send(&message);
                 self.estimator.wake();
                 sent
             }
-            BridgeEvent::Goal(mut message) => {
+            BridgeEvent::Goal(message) => {
+                let mut message = *message;
                 message.stamp.published_ns = published_ns;
                 self.goals.send(&message)
             }
@@ -116,6 +100,19 @@ impl Ports {
             Ok(()) => self.health.accepted(1),
             Err(_) => self.health.error(Reason::PortFailed),
         }
+    }
+
+    /// Counts each time that the command sink begins to brake by itself, and returns why it does now.
+    fn complain(&mut self, before: Option<Reason>, sink: Option<SinkState>) -> Option<Reason> {
+        let now = match sink {
+            Some(SinkState::Braking(reason)) => Some(reason),
+            Some(SinkState::Waiting | SinkState::Following) | None => None,
+        };
+        if let (Some(reason), true) = (now, now != before) {
+            tracing::warn!(%reason, "the command sink brakes by itself");
+            self.health.error(reason);
+        }
+        now
     }
 
     fn publish_status(&mut self, status: &SourceStatus) {

@@ -15,6 +15,7 @@ use rand_pcg::Pcg64Mcg;
 use settings::{RobotKind, Settings};
 
 use crate::command_sink::{CommandSink, SinkState};
+use crate::nearest::by_distance;
 use crate::source::{BridgeEvent, Source};
 
 const NS_PER_MS: u64 = 1_000_000;
@@ -110,11 +111,6 @@ impl SimulatedCrowd {
         })
     }
 
-    /// What the command sink does.
-    pub const fn sink_state(&self) -> SinkState {
-        self.sink.state()
-    }
-
     /// The world as it is.
     pub const fn world(&self) -> &World {
         &self.world
@@ -164,15 +160,10 @@ impl SimulatedCrowd {
 
     fn detections(&mut self, world_ns: u64, origin_ns: u64, now_ns: u64) -> Detections {
         let stamp = self.stamp(1, world_ns, origin_ns, now_ns);
-        let [robot_x, robot_y] = self.world.robot().position_m;
         let people = self.world.people();
-        let distance_m = |index: &usize| {
-            let [x, y] = people[*index].position_m;
-            (x - robot_x).hypot(y - robot_y)
-        };
-        self.nearest.clear();
-        self.nearest.extend(0..people.len());
-        self.nearest.sort_unstable_by(|a, b| distance_m(a).total_cmp(&distance_m(b)).then(a.cmp(b)));
+        by_distance(&mut self.nearest, people.len(), self.world.robot().position_m, |index| {
+            people[index].position_m
+        });
         let count = people.len().min(MAX_OBSTACLES);
         let mut frame = Detections { stamp, ..Detections::zeroed() };
         frame.count = count as u32;
@@ -245,10 +236,14 @@ impl Source for SimulatedCrowd {
             kind: SourceKind::Simulation.code(),
         }
     }
+
+    fn sink_state(&self) -> Option<SinkState> {
+        Some(self.sink.state())
+    }
 }
 
 /// The simulated robot: the actuators reach zero even where the filter's controls do not, since a brake must work.
-fn plant(settings: &Settings) -> PlantSettings {
+pub(crate) fn plant(settings: &Settings) -> PlantSettings {
     let robot = &settings.robot;
     let limit = settings.simulation.acceleration_limit;
     PlantSettings {

@@ -1,6 +1,49 @@
 //! What every source of the bridge can do.
 
+use std::path::PathBuf;
+
 use messages::{Detections, Goal, RobotState, SafeCommand, SourceStatus};
+use settings::Settings;
+
+use crate::command_sink::SinkState;
+use crate::recorded::{McapSource, SourceError};
+use crate::simulated_crowd::{SimulatedCrowd, SimulationError};
+
+/// Where the bridge takes the world from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SourceChoice {
+    /// The simulated crowd of the settings.
+    Simulation,
+    /// A recording, played at its own pace.
+    Mcap {
+        /// The file.
+        file: PathBuf,
+        /// Whether a simulated robot that obeys the filter replaces the recorded one.
+        closed_loop: bool,
+    },
+}
+
+/// Why a source could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenSourceError {
+    /// The simulated crowd.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The recording.
+    #[error(transparent)]
+    Recording(#[from] SourceError),
+}
+
+/// Opens the source that `choice` names.
+///
+/// # Errors
+/// [`OpenSourceError`] if it cannot be set up.
+pub fn open_source(settings: &Settings, choice: &SourceChoice) -> Result<Box<dyn Source>, OpenSourceError> {
+    Ok(match choice {
+        SourceChoice::Simulation => Box::new(SimulatedCrowd::new(settings)?),
+        SourceChoice::Mcap { file, closed_loop } => Box::new(McapSource::open(file, settings, *closed_loop)?),
+    })
+}
 
 /// Something the bridge publishes. Every stamp is set but `published_ns`, which belongs to the sender.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,4 +73,7 @@ pub trait Source {
 
     /// How far the source has come, and what it knows of the truth.
     fn status(&self, now_ns: u64) -> SourceStatus;
+
+    /// What the command sink of the robot does; `None` for a source whose robot takes no commands.
+    fn sink_state(&self) -> Option<SinkState>;
 }

@@ -6,7 +6,7 @@ use crate::error::{Checked, non_negative, positive, positive_ms, require};
 
 /// Topics, frames and refusals of the perception bridge.
 ///
-/// A topic of `""` means: the first topic whose type fits.
+/// A topic of `""` means: in a recording of this stack the raw wire messages, otherwise the first topic whose type fits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SourceSettings {
@@ -14,7 +14,7 @@ pub struct SourceSettings {
     pub odometry_topic: String,
     /// vision_msgs/Detection3DArray or geometry_msgs/PoseArray topic.
     pub detections_topic: String,
-    /// geometry_msgs/PoseStamped topic with goals.
+    /// geometry_msgs/PoseStamped topic with goals; `""` takes only one with `goal` in its name.
     pub goal_topic: String,
     /// The frame control happens in; everything is brought into it.
     pub odom_frame: String,
@@ -25,7 +25,8 @@ pub struct SourceSettings {
     pub max_transform_age_ms: u64,
     /// Where to drive if a recording holds no goal, in `odom` ahead of the robot's first position: `[forward, left]`, m.
     pub default_goal_in_base_m: [f64; 2],
-    /// Smallest and largest plausible radius of a detection's box, m; outside it the default radius is taken.
+    /// Smallest and largest plausible radius of a detection's box, m; below it the default radius is taken, above
+    /// it the largest.
     pub radius_range_m: [f64; 2],
 }
 

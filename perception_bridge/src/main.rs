@@ -1,0 +1,45 @@
+//! `perception_bridge` as a program of its own, for a robot that wants one small binary per process.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+
+use clap::Parser;
+use perception_bridge::{SourceChoice, shell};
+use settings::Settings;
+
+/// Bring the world into the stack and its commands out: robot state, detections and goal in odom; safe commands back
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    after_help = "Example: perception_bridge --config config/ground_robot.toml --recording drive.mcap --closed-loop"
+)]
+struct Arguments {
+    /// Settings file
+    #[arg(long, value_name = "F.toml")]
+    config: PathBuf,
+    /// Name of the stack
+    #[arg(long, default_value = "cncbf", value_name = "NAME")]
+    instance: String,
+    /// Recording to play [default: the simulated crowd of the settings]
+    #[arg(long, value_name = "F.mcap")]
+    recording: Option<PathBuf>,
+    /// Replace the recording's robot by a simulated one that obeys the filter
+    #[arg(long, requires = "recording")]
+    closed_loop: bool,
+}
+
+fn main() -> anyhow::Result<()> {
+    let arguments = Arguments::parse();
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal())
+        .init();
+    let choice = match arguments.recording {
+        Some(file) => SourceChoice::Mcap { file, closed_loop: arguments.closed_loop },
+        None => SourceChoice::Simulation,
+    };
+    shell::run(&Settings::load(&arguments.config)?, &arguments.instance, &choice)
+}
