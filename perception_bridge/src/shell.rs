@@ -1,4 +1,4 @@
-//! Time and ports around a [`Source`].
+//! Time and ports around a [`crate::Source`].
 
 use std::time::Duration;
 
