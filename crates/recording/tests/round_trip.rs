@@ -138,3 +138,32 @@ fn a_file_that_cannot_be_made_says_which() {
     let error = Recorder::create(&scratch("no/such/folder.mcap"), sample_info()).unwrap_err().to_string();
     assert!(error.contains("no/such/folder.mcap") && error.contains("check"), "{error}");
 }
+
+#[test]
+fn a_full_disk_is_named() {
+    let full = std::path::Path::new("/dev/full");
+    if !full.exists() {
+        println!("skipped: this system has no /dev/full");
+        return;
+    }
+    let error = Recorder::create(full, sample_info()).unwrap_err().to_string();
+    assert!(error.contains("/dev/full") && error.contains("No space left"), "{error}");
+}
+
+#[test]
+fn under_overload_what_is_dropped_is_counted_and_the_rest_is_written() {
+    let path = scratch("overload.mcap");
+    let mut recorder = Recorder::create(&path, sample_info()).unwrap();
+    let (mut offered, mut taken) = (0, 0);
+    for _ in 0..60 {
+        for (log_time_ns, message) in sample_messages() {
+            offered += 1;
+            taken += u64::from(recorder.record(log_time_ns, message));
+        }
+    }
+    let report = recorder.finish().unwrap();
+    assert_eq!((report.written, report.written + report.dropped), (taken, offered));
+    let mut reader = McapReader::open(&path).unwrap();
+    let wire = reader.by_ref().filter(|message| matches!(message.kind, RecordedKind::Wire(_))).count();
+    assert_eq!(wire as u64, taken);
+}

@@ -93,7 +93,7 @@ impl Writer {
     }
 
     fn failed(&self, error: &mcap::McapError) -> RecordError {
-        RecordError::Write { path: self.path.clone(), reason: error.to_string() }
+        RecordError::Write { path: self.path.clone(), reason: reason(error) }
     }
 
     fn write(&mut self, log_time_ns: u64, message: &WireMessage) -> McapResult<()> {
@@ -112,6 +112,14 @@ impl Writer {
 
     fn flush(&mut self) -> McapResult<()> {
         if std::mem::take(&mut self.is_dirty) { self.file.mcap.flush() } else { Ok(()) }
+    }
+}
+
+/// What went wrong; the operating system's words where it is to blame.
+fn reason(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(error) => error.to_string(),
+        other => other.to_string(),
     }
 }
 
