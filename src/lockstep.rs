@@ -54,7 +54,7 @@ pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) ->
             if let Some(recorder) = &mut recorder {
                 recorder.record_waiting(now_ns, message);
             }
-            keep(&mut record, message);
+            keep(&mut record, &message);
         });
         let Some(command) = command else { break };
         digest.update(bytes_of(&command));
@@ -85,7 +85,7 @@ pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) ->
     }
     let virtual_s = record.duration_s();
     Ok(Replayed {
-        commands_sha256: hex(&digest.finalize()),
+        commands_sha256: format!("{:x}", digest.finalize()),
         kernel: kernel.name(),
         speed: virtual_s / pace.elapsed_s(),
         record,
@@ -93,8 +93,8 @@ pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) ->
 }
 
 /// Files a message under its kind.
-fn keep(record: &mut RunRecord, message: WireMessage) {
-    match message {
+fn keep(record: &mut RunRecord, message: &WireMessage) {
+    match *message {
         WireMessage::RobotState(message) => record.robot_states.push(message),
         WireMessage::Obstacles(message) => record.obstacles.push(message),
         WireMessage::Goal(message) => record.goals.push(message),
@@ -106,10 +106,6 @@ fn keep(record: &mut RunRecord, message: WireMessage) {
 
 fn bytes_of(command: &SafeCommand) -> &[u8] {
     bytemuck::bytes_of(command)
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Holds virtual time back to a multiple of real time, or not at all.

@@ -1,5 +1,8 @@
 //! `cncbf replay`: a recording through the stack, in real time or in lockstep.
 
+use std::collections::BTreeMap;
+
+use messages::Reason;
 use perception_bridge::{IntakeReport, McapSource};
 use report::Verdict;
 use serde::Serialize;
@@ -16,7 +19,7 @@ use crate::{lockstep, run_folder};
 struct Figures {
     file: String,
     mode: &'static str,
-    intake: serde_json::Value,
+    intake: Intake,
     /// SHA-256 over the bytes of all safe commands; only in lockstep.
     #[serde(skip_serializing_if = "Option::is_none")]
     commands_sha256: Option<String>,
@@ -31,9 +34,10 @@ struct Figures {
 impl std::fmt::Display for Figures {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         writeln!(f, "{} ({})", self.file, self.mode)?;
-        writeln!(f, "intake     {}", self.intake)?;
+        writeln!(f, "{:<21} {}", "messages", self.intake)?;
         if let (Some(hash), Some(kernel), Some(speed)) = (&self.commands_sha256, self.kernel, self.speed) {
-            writeln!(f, "commands   SHA-256 {hash}, kernel {kernel}, {speed:.0} times real time")?;
+            writeln!(f, "{:<21} SHA-256 {hash}", "commands")?;
+            writeln!(f, "{:<21} {speed:.0} times real time, kernel {kernel}", "speed")?;
         }
         write!(f, "{}", self.verdict)
     }
@@ -55,7 +59,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<bool> {
             KernelName::Avx2Fma => KernelChoice::Avx2Fma,
         };
     }
-    let intake = intake_json(McapSource::open(&args.file, &settings, args.closed_loop)?.report());
+    let intake = Intake::of(McapSource::open(&args.file, &settings, args.closed_loop)?.report());
     if args.lockstep || args.rate != Rate::Times(1.0) {
         in_lockstep(args, &settings, intake)
     } else {
@@ -63,7 +67,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<bool> {
     }
 }
 
-fn in_lockstep(args: &ReplayArgs, settings: &Settings, intake: serde_json::Value) -> anyhow::Result<bool> {
+fn in_lockstep(args: &ReplayArgs, settings: &Settings, intake: Intake) -> anyhow::Result<bool> {
     let mut first: Option<lockstep::Replayed> = None;
     for _ in 0..args.repeat {
         let replayed = lockstep::replay(args, settings, first.is_none())?;
@@ -96,7 +100,7 @@ fn in_lockstep(args: &ReplayArgs, settings: &Settings, intake: serde_json::Value
     Ok(true)
 }
 
-fn in_real_time(args: &ReplayArgs, settings: &Settings, intake: &serde_json::Value) -> anyhow::Result<bool> {
+fn in_real_time(args: &ReplayArgs, settings: &Settings, intake: &Intake) -> anyhow::Result<bool> {
     for _ in 0..args.repeat {
         let (verdict, end) = Live {
             settings,
@@ -126,29 +130,52 @@ fn in_real_time(args: &ReplayArgs, settings: &Settings, intake: &serde_json::Val
     Ok(true)
 }
 
-/// What became of the recording's messages, by reason.
-fn intake_json(report: &IntakeReport) -> serde_json::Value {
-    let by_reason = |reasons: &std::collections::BTreeMap<messages::Reason, u64>| {
-        reasons
-            .iter()
-            .map(|(reason, count)| (reason.label().to_owned(), *count))
-            .collect::<std::collections::BTreeMap<_, _>>()
-    };
-    let unreadable: std::collections::BTreeMap<String, u64> = report
-        .unreadable
-        .iter()
-        .filter(|(_, count)| *count > 0)
-        .map(|(reason, count)| (reason.label().to_owned(), count))
-        .collect();
-    serde_json::json!({
-        "found": report.found,
-        "used": report.used,
-        "not_needed": report.not_needed,
-        "unreadable": unreadable,
-        "refused": by_reason(&report.refused),
-        "refused_detections": report.refused_detections,
-        "refused_transforms": by_reason(&report.refused_transforms),
-        "restamped": report.restamped,
-        "replaced_by_simulation": report.replaced,
-    })
+/// What became of the recording's messages: found = used + not needed + unreadable + refused.
+#[derive(Debug, Clone, Serialize)]
+struct Intake {
+    found: u64,
+    used: u64,
+    not_needed: u64,
+    unreadable: BTreeMap<&'static str, u64>,
+    refused: BTreeMap<&'static str, u64>,
+    refused_detections: u64,
+    refused_transforms: BTreeMap<&'static str, u64>,
+    restamped: u64,
+    replaced_by_simulation: u64,
+}
+
+impl Intake {
+    fn of(report: &IntakeReport) -> Self {
+        let labelled = |reasons: &BTreeMap<Reason, u64>| {
+            reasons.iter().map(|(reason, &count)| (reason.label(), count)).collect()
+        };
+        Self {
+            found: report.found,
+            used: report.used,
+            not_needed: report.not_needed,
+            unreadable: report
+                .unreadable
+                .iter()
+                .filter(|&(_, count)| count > 0)
+                .map(|(reason, count)| (reason.label(), count))
+                .collect(),
+            refused: labelled(&report.refused),
+            refused_detections: report.refused_detections,
+            refused_transforms: labelled(&report.refused_transforms),
+            restamped: report.restamped,
+            replaced_by_simulation: report.replaced,
+        }
+    }
+}
+
+impl std::fmt::Display for Intake {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} found, {} used, {} not needed", self.found, self.used, self.not_needed)?;
+        for (what, reasons) in [("unreadable", &self.unreadable), ("refused", &self.refused)] {
+            for (reason, count) in reasons {
+                write!(f, ", {count} {what} ({reason})")?;
+            }
+        }
+        Ok(())
+    }
 }

@@ -164,7 +164,7 @@ impl Watch {
 
 /// Progress of the source in thousandths.
 fn share_done(source: &SourceStatus) -> u64 {
-    if source.total_ns == 0 { 0 } else { (source.elapsed_ns.min(source.total_ns) * 1000) / source.total_ns }
+    (source.elapsed_ns.min(source.total_ns) * 1000).checked_div(source.total_ns).unwrap_or(0)
 }
 
 /// One line that tells how it goes.

@@ -54,18 +54,17 @@ pub enum FilterSetupError {
 pub fn load_model(name: &str) -> Result<Model, FilterSetupError> {
     let loaded = match name.strip_prefix(EMBEDDED_PREFIX) {
         None => Model::load(Path::new(name)),
-        Some(embedded) => match EMBEDDED_MODELS.iter().find(|(known, _)| *known == embedded) {
-            Some((_, bytes)) => Model::from_bytes(bytes),
-            None => {
-                let known: Vec<_> = EMBEDDED_MODELS.iter().map(|(known, _)| *known).collect();
-                return Err(FilterSetupError::NotEmbedded {
-                    name: embedded.to_owned(),
-                    known: known.join(", "),
-                });
-            }
-        },
+        Some(embedded) => Model::from_bytes(embedded_model(embedded)?),
     };
     loaded.map_err(|source| FilterSetupError::File { name: name.to_owned(), source })
+}
+
+fn embedded_model(name: &str) -> Result<&'static [u8], FilterSetupError> {
+    let found = EMBEDDED_MODELS.iter().find(|(known, _)| *known == name);
+    found.map(|(_, bytes)| *bytes).ok_or_else(|| {
+        let known: Vec<_> = EMBEDDED_MODELS.iter().map(|(known, _)| *known).collect();
+        FilterSetupError::NotEmbedded { name: name.to_owned(), known: known.join(", ") }
+    })
 }
 
 /// The pair of dynamics the settings describe, if `model` was made for exactly that: same dynamics, control bounds,
