@@ -54,7 +54,7 @@ impl Writer {
         let file =
             File::create(path).map_err(|source| RecordError::Create { path: path.to_owned(), source })?;
         let failed =
-            |error: mcap::McapError| RecordError::Write { path: path.to_owned(), reason: error.to_string() };
+            |error: mcap::McapError| RecordError::Write { path: path.to_owned(), reason: reason(&error) };
         // One writer thread is all this costs: the compressor's own threads would sit on the control cores.
         let mut mcap = WriteOptions::new()
             .profile("ros2")
