@@ -85,7 +85,10 @@ pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) ->
     }
     let virtual_s = record.duration_s();
     Ok(Replayed {
-        commands_sha256: format!("{:x}", digest.finalize()),
+        commands_sha256: digest
+            .finalize()
+            .iter()
+            .fold(String::new(), |hex, byte| hex + &format!("{byte:02x}")),
         kernel: kernel.name(),
         speed: virtual_s / pace.elapsed_s(),
         record,
