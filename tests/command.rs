@@ -78,21 +78,21 @@ fn a_model_that_does_not_fit_is_refused() {
     assert_refused(&["filter", "--config", &bounds], "control box");
     let radius = settings("radius.toml", "radius_m = 0.35", "radius_m = 0.45");
     assert_refused(&["filter", "--config", &radius], "radius");
-    let missing = settings("missing.toml", "embedded:ground_robot_paper", "no_such_model.safetensors");
+    let missing = settings("missing.toml", "embedded:ground_robot", "no_such_model.safetensors");
     assert_refused(&["filter", "--config", &missing], "no_such_model.safetensors");
-    let unknown = settings("unknown.toml", "embedded:ground_robot_paper", "embedded:hovercraft");
+    let unknown = settings("unknown.toml", "embedded:ground_robot", "embedded:hovercraft");
     assert_refused(&["filter", "--config", &unknown], "hovercraft");
 
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/ground_robot_paper.safetensors");
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/ground_robot.safetensors");
     let bytes = std::fs::read(shipped).expect("the shipped model");
     std::fs::write(folder.join("cut.safetensors"), &bytes[..bytes.len() / 2]).expect("a writable file");
-    let cut = settings("cut.toml", "embedded:ground_robot_paper", "cut.safetensors");
+    let cut = settings("cut.toml", "embedded:ground_robot", "cut.safetensors");
     assert_refused(&["filter", "--config", &cut], "cut.safetensors");
     let mut altered = bytes;
     let last = altered.len() - 3;
     altered[last] ^= 1;
     std::fs::write(folder.join("altered.safetensors"), altered).expect("a writable file");
-    let altered = settings("altered.toml", "embedded:ground_robot_paper", "altered.safetensors");
+    let altered = settings("altered.toml", "embedded:ground_robot", "altered.safetensors");
     assert_refused(&["filter", "--config", &altered], "hash");
 }
 

@@ -11,8 +11,10 @@ use settings::{EMBEDDED_PREFIX, RobotKind, Settings};
 use crate::filter::Pair;
 
 /// Models built into the program: name, file.
-pub const EMBEDDED_MODELS: &[(&str, &[u8])] =
-    &[("ground_robot_paper", include_bytes!("../../models/ground_robot_paper.safetensors"))];
+pub const EMBEDDED_MODELS: &[(&str, &[u8])] = &[
+    ("ground_robot", include_bytes!("../../models/ground_robot.safetensors")),
+    ("ground_robot_paper", include_bytes!("../../models/ground_robot_paper.safetensors")),
+];
 
 /// Why the filter refuses to start.
 #[derive(Debug, thiserror::Error)]
