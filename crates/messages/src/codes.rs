@@ -5,7 +5,9 @@
 
 /// A code that names nothing in this version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("{kind} code {code} is unknown to this version; is the sender newer, or is this another kind of message?")]
+#[error(
+    "{kind} code {code} is unknown to this version; is the sender newer, or is this another kind of message?"
+)]
 pub struct UnknownCode {
     /// Which enumeration was asked.
     pub kind: &'static str,

@@ -25,8 +25,8 @@ mod source_status;
 mod stamp;
 
 pub use codes::{
-    Controller, ControlKind, DetectionFlags, Intent, ObstacleClass, ObstacleQuality, ProcessId, Reason, SafetyStatus,
-    SourceKind, UnknownCode,
+    ControlKind, Controller, DetectionFlags, Intent, ObstacleClass, ObstacleQuality, ProcessId, Reason,
+    SafetyStatus, SourceKind, UnknownCode,
 };
 pub use goal::Goal;
 pub use health::Health;

@@ -69,5 +69,10 @@ pub(crate) fn positive_ms(key: &'static str, value: u64) -> Checked {
 /// Refuses bounds that are not finite or where some minimum exceeds its maximum.
 pub(crate) fn bounds(key: &'static str, min: &[f64], max: &[f64]) -> Checked {
     let ordered = min.iter().zip(max).all(|(lo, hi)| lo.is_finite() && hi.is_finite() && lo <= hi);
-    require(ordered && min.len() == max.len(), key, (min, max), "finite, of equal length, each minimum <= its maximum")
+    require(
+        ordered && min.len() == max.len(),
+        key,
+        (min, max),
+        "finite, of equal length, each minimum <= its maximum",
+    )
 }

@@ -76,7 +76,8 @@ impl NominalSettings {
             (ControllerKind::Mpc, RobotKind::Unicycle)
             | (ControllerKind::Lqr, RobotKind::DoubleIntegrator)
             | (ControllerKind::Hold, _) => true,
-            (ControllerKind::Mpc, RobotKind::DoubleIntegrator) | (ControllerKind::Lqr, RobotKind::Unicycle) => false,
+            (ControllerKind::Mpc, RobotKind::DoubleIntegrator)
+            | (ControllerKind::Lqr, RobotKind::Unicycle) => false,
         };
         let requirement = "mpc or hold for a unicycle, lqr or hold for a double integrator";
         require(fits, "nominal.controller", self.controller, requirement)?;

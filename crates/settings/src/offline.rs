@@ -93,7 +93,12 @@ impl OfflineSettings {
         require(!self.name.is_empty(), "offline.name", &self.name, "a name")?;
         let grid = &self.grid;
         bounds("offline.grid.min / max", &grid.min, &grid.max)?;
-        require(grid.count.iter().all(|&n| n >= 4), "offline.grid.count", grid.count, "at least 4 along each axis")?;
+        require(
+            grid.count.iter().all(|&n| n >= 4),
+            "offline.grid.count",
+            grid.count,
+            "at least 4 along each axis",
+        )?;
         let solver = &self.solver;
         require(solver.cfl > 0.0 && solver.cfl <= 1.0, "offline.solver.cfl", solver.cfl, "in (0, 1]")?;
         positive("offline.solver.max_horizon_s", solver.max_horizon_s)?;

@@ -46,7 +46,12 @@ impl SimulationSettings {
         let [slowest, fastest] = self.desired_speed_mps;
         non_negative("simulation.desired_speed_mps", slowest)?;
         positive("simulation.desired_speed_mps", fastest)?;
-        require(slowest <= fastest, "simulation.desired_speed_mps", self.desired_speed_mps, "in ascending order")?;
+        require(
+            slowest <= fastest,
+            "simulation.desired_speed_mps",
+            self.desired_speed_mps,
+            "in ascending order",
+        )?;
         positive("simulation.person_radius_m", self.person_radius_m)?;
         bounds("simulation.start", &self.start, &self.start)?;
         bounds("simulation.goal", &self.goal, &self.goal)?;
