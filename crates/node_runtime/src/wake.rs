@@ -8,6 +8,9 @@ use iceoryx2::{
 };
 use iceoryx2_cal::event::ListenerWaitError;
 
+/// Shortest time that iceoryx2 can hand to the operating system, which takes zero for "wait for ever".
+const SHORTEST_WAIT: Duration = Duration::from_micros(1);
+
 /// Why [`WakeUp::wait`] returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Woken {
@@ -25,8 +28,14 @@ pub struct WakeUp {
 
 impl WakeUp {
     /// Sleeps until somebody wakes this process or `timeout` has passed. Several wake-ups before the call count as one.
+    /// With less than a microsecond left it only looks.
     pub fn wait(&self, timeout: Duration) -> Woken {
-        match self.listener.timed_wait(|_| {}, timeout) {
+        let woken = if timeout < SHORTEST_WAIT {
+            self.listener.try_wait(|_| {})
+        } else {
+            self.listener.timed_wait(|_| {}, timeout)
+        };
+        match woken {
             Ok(0) | Err(ListenerWaitError::InterruptSignal) => Woken::TimedOut,
             Ok(_) => Woken::Notified,
             Err(ListenerWaitError::ContractViolation | ListenerWaitError::InternalFailure) => {

@@ -95,6 +95,25 @@ fn a_full_queue_keeps_the_newest_in_order() {
 }
 
 #[test]
+fn a_wait_for_less_than_the_shortest_time_ends() {
+    let domain = ScopedDomain::new();
+    let sleeper = Node::open_in(&domain, "demo", ProcessId::Bridge).unwrap();
+    let wake_up = sleeper.wake_up().unwrap();
+    // In a thread of its own: what would hang is the wait itself.
+    let waits = std::thread::spawn(move || {
+        [0, 1, 999, 1_000].map(|timeout_ns| wake_up.wait(Duration::from_nanos(timeout_ns)))
+    });
+    for _ in 0..1_000 {
+        if waits.is_finished() {
+            assert_eq!(waits.join().unwrap(), [Woken::TimedOut; 4]);
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    panic!("a wait without time has not ended in 10 s");
+}
+
+#[test]
 fn wake_up_by_notify_and_by_timeout() {
     let domain = ScopedDomain::new();
     let sleeper = Node::open_in(&domain, "demo", ProcessId::Estimator).unwrap();
