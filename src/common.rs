@@ -11,17 +11,6 @@ use crate::cli::ProcessArgs;
 /// The settings used where none are named.
 pub(crate) const DEFAULT_SETTINGS: &str = include_str!("../config/ground_robot.toml");
 
-/// Logs to standard error, level by `RUST_LOG`, `warn` by default.
-pub(crate) fn start_logging() {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .init();
-}
-
 /// Settings named on the command line, or the built-in ones.
 pub(crate) fn settings(args: &ProcessArgs) -> anyhow::Result<Settings> {
     settings_from(args.config.as_deref())

@@ -58,3 +58,44 @@ impl Brake {
         (control, slower <= STANDSTILL_MPS)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    fn quadrotor() -> RobotSettings {
+        RobotSettings {
+            kind: RobotKind::DoubleIntegrator,
+            radius_m: 0.35,
+            control_min: [-2.0; 2],
+            control_max: [2.0; 2],
+            brake_deceleration_mps2: 1.5,
+        }
+    }
+
+    #[test]
+    fn a_double_integrator_decelerates_along_its_motion_to_a_halt() {
+        let mut brake = Brake::new(&quadrotor());
+        let state = RobotState { velocity_in_base_mps: [0.6, -0.8], ..RobotState::zeroed() };
+        brake.observe(&state);
+        let (mut velocity, period_s) = ([0.6, -0.8], 0.004);
+        for cycle in 0..1000 {
+            let (control, standing) = brake.step(period_s);
+            assert!(control[0].hypot(control[1]) <= 1.5 + 1e-9, "{control:?}");
+            velocity = [velocity[0] + control[0] * period_s, velocity[1] + control[1] * period_s];
+            if standing {
+                assert!(velocity[0].hypot(velocity[1]) < 1e-9, "{velocity:?}");
+                // 1 m/s at 1.5 m/s² and 4 ms a cycle.
+                assert_eq!(cycle + 1, 167);
+                return;
+            }
+        }
+        panic!("never stands");
+    }
+
+    #[test]
+    fn a_robot_that_stands_is_kept_standing() {
+        assert_eq!(Brake::new(&quadrotor()).step(0.004), ([0.0; 2], true));
+    }
+}

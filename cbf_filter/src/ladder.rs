@@ -21,6 +21,7 @@ pub const fn rung(reason: Reason) -> SafetyStatus {
         | Reason::StaleNominalCommand
         | Reason::NonFiniteNominalCommand
         | Reason::WrongControlKind
+        | Reason::NoGoal
         | Reason::FutureStamp
         | Reason::BackwardStamp
         | Reason::NonFiniteBarrier

@@ -1,6 +1,5 @@
 //! `cbf_filter` as a program of its own, for a robot that wants one small binary per process.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Parser;
@@ -20,12 +19,6 @@ struct Arguments {
 
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .init();
+    node_runtime::start_logging();
     cbf_filter::shell::run(&Settings::load(&arguments.config)?, &arguments.instance)
 }

@@ -2,39 +2,13 @@
 
 mod scene;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use allocation_counter::measure;
 use messages::SafetyStatus;
 use scene::{MS, START_NS, Scene, filter, person};
 
-/// The system's allocator, counting.
-struct Counting;
-
-thread_local! {
-    /// Allocations of this thread: the test harness allocates on its own thread whenever it likes.
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on unchanged to the system's allocator.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller's contract is the system allocator's.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as above.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 #[test]
 fn no_cycle_allocates_whether_filtered_relaxed_braking_or_recovering() {
+    assert_eq!(measure(|| drop(std::hint::black_box(vec![1_u8; 100]))).count_total, 1, "the counter counts");
     let mut filter = filter();
     let mut seen = [0_usize; 5];
     let mut now_ns = START_NS;
@@ -56,9 +30,9 @@ fn no_cycle_allocates_whether_filtered_relaxed_braking_or_recovering() {
         if round % 97 == 0 {
             scene.robot_state = None;
         }
-        let before = ALLOCATIONS.get();
-        let command = scene.step(&mut filter, now_ns);
-        let allocations = ALLOCATIONS.get() - before;
+        let mut command = None;
+        let allocations = measure(|| command = Some(scene.step(&mut filter, now_ns))).count_total;
+        let command = command.expect("stepped");
         assert_eq!(allocations, 0, "round {round}, status {}", command.status);
         seen[command.status as usize] += 1;
     }

@@ -38,7 +38,7 @@ impl Silence {
             Self::FutureRobotState => Reason::FutureStamp,
             Self::NonFiniteRobotState => Reason::NonFiniteRobotState,
             // There is nothing wrong with any input: there is merely no command to give.
-            Self::NoGoal => Reason::NoNominalCommand,
+            Self::NoGoal => Reason::NoGoal,
             Self::NonFiniteGoal => Reason::MalformedInput,
             Self::SolverFailed => Reason::SolverFailed,
         }

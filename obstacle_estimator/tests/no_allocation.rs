@@ -1,36 +1,10 @@
 //! A frame, a refused frame and a heartbeat allocate nothing, however many tracks come and go.
-//!
-//! The counting allocator replaces the one of this whole test program, hence a file of its own with a single test.
 
 mod support;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicU64, Ordering};
-
+use allocation_counter::measure;
 use obstacle_estimator::Estimator;
 use support::{MS, START_NS, frame, moving, provided, seen};
-
-struct Counting;
-
-static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
-
-// SAFETY: every call is handed on unchanged to the system's allocator, which upholds the contract.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: the caller's obligations are those of `System.alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: `pointer` came from `System.alloc` with this layout.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn nothing_is_allocated_after_construction() {
@@ -52,15 +26,15 @@ fn nothing_is_allocated_after_construction() {
             frame(if k % 13 == 12 { 50 * k - 500 } else { 50 * k }, &people)
         })
         .collect();
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    assert!(before > 0, "the allocator counts");
-    for (k, frame) in frames.iter().enumerate() {
-        let now_ns = START_NS + 50 * k as u64 * MS + MS;
-        estimator.step(frame, now_ns);
-        estimator.heartbeat(now_ns + 25 * MS);
-    }
-    let allocations = ALLOCATIONS.load(Ordering::Relaxed) - before;
-    assert_eq!(allocations, 0);
+    assert_eq!(measure(|| drop(std::hint::black_box(vec![1_u8; 100]))).count_total, 1, "the counter counts");
+    let of_stepping = measure(|| {
+        for (k, frame) in frames.iter().enumerate() {
+            let now_ns = START_NS + 50 * k as u64 * MS + MS;
+            estimator.step(frame, now_ns);
+            estimator.heartbeat(now_ns + 25 * MS);
+        }
+    });
+    assert_eq!(of_stepping.count_total, 0);
     let counts = estimator.counts();
     assert!(
         counts.tracks_evicted > 0 && counts.tracks_teleported > 0 && counts.frames_out_of_order > 0,

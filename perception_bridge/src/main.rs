@@ -1,6 +1,5 @@
 //! `perception_bridge` as a program of its own, for a robot that wants one small binary per process.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Parser;
@@ -30,13 +29,7 @@ struct Arguments {
 
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .init();
+    node_runtime::start_logging();
     let choice = match arguments.recording {
         Some(file) => SourceChoice::Mcap { file, closed_loop: arguments.closed_loop },
         None => SourceChoice::Simulation,

@@ -129,6 +129,8 @@ wire_codes! {
         NonFiniteNominalCommand = 32 => "non_finite_nominal_command",
         /// The nominal command is for another kind of robot, or its codes are unknown.
         WrongControlKind = 33 => "wrong_control_kind",
+        /// The nominal controller has no goal to drive to.
+        NoGoal = 34 => "no_goal",
         /// A stamp lies in the future by more than the tolerance.
         FutureStamp = 40 => "future_stamp",
         /// A stamp runs backwards.

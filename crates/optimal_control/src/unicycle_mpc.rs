@@ -96,7 +96,9 @@ impl UnicycleMpc {
             }
         }
         let heading_error = self.heading_error(pose, goal);
-        let start = [pose[0] - goal[0], pose[1] - goal[1], heading_error];
+        // The axes stay those of the poses: the dynamics need the heading itself, not its error.
+        let start = [pose[0] - goal[0], pose[1] - goal[1], goal[2] + heading_error];
+        let reference = [0.0, 0.0, goal[2]];
         let dynamics = *self.sqp.dynamics();
         if self.memory.is_some() {
             self.sqp.shift_guess(elapsed_s / dynamics.step_s);
@@ -105,9 +107,9 @@ impl UnicycleMpc {
         }
         for first_turn in [FirstTurn::Left, FirstTurn::Right] {
             let policy = |_: usize, state: &[f64; 3]| turn_then_drive(dynamics, first_turn, state);
-            self.sqp.guess_by_cheaper_policy(&start, &[0.0; 3], GUESS_ADVANTAGE, policy);
+            self.sqp.guess_by_cheaper_policy(&start, &reference, GUESS_ADVANTAGE, policy);
         }
-        let report = self.sqp.solve(&start, &[0.0; 3])?;
+        let report = self.sqp.solve(&start, &reference)?;
         self.memory = Some(Memory { goal: *goal, heading_error });
         Ok(report)
     }

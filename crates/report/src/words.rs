@@ -31,6 +31,7 @@ pub(crate) const fn reason(reason: Reason) -> &'static str {
         Reason::StaleDetections => "perception has been silent for too long",
         Reason::UnsoundObstacle => "an obstacle holds a NaN, an infinity or a radius that is not positive",
         Reason::NoNominalCommand => "no nominal command has arrived yet",
+        Reason::NoGoal => "the nominal controller has no goal",
         Reason::StaleNominalCommand => "the nominal controller has fallen silent",
         Reason::NonFiniteNominalCommand => "the nominal command holds a NaN or an infinity",
         Reason::WrongControlKind => "the nominal command is for another kind of robot",
