@@ -20,6 +20,18 @@ impl Bar {
         }))
     }
 
+    /// A line of status without an end in sight.
+    pub(crate) fn status() -> Self {
+        let style = ProgressStyle::with_template("{spinner} {wide_msg}");
+        Self(someone_watches().then(|| {
+            let bar = ProgressBar::new_spinner();
+            if let Ok(style) = style {
+                bar.set_style(style);
+            }
+            bar
+        }))
+    }
+
     /// Moves to `position`; the message is made only if someone sees it.
     pub(crate) fn set(&self, position: u64, message: impl FnOnce() -> String) {
         if let Some(bar) = &self.0 {

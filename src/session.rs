@@ -57,7 +57,7 @@ pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
         status: node.subscriber::<SourceStatus>()?,
         command: None,
         source: None,
-        bar: Bar::new("driving", 1000),
+        bar: Bar::status(),
         started_ns: RealClock.now_ns(),
         reported_ns: RealClock.now_ns(),
         reached_ns: None,
@@ -144,7 +144,7 @@ impl Watch {
         self.command = self.commands.newest().or(self.command);
         self.source = self.status.newest().or(self.source);
         if let Some(source) = &self.source {
-            self.bar.set(share_done(source), || line(source, self.command.as_ref()));
+            self.bar.set(source.elapsed_ns, || line(source, self.command.as_ref()));
             if !someone_watches() && now_ns - self.reported_ns >= REPORT_PERIOD_NS {
                 self.reported_ns = now_ns;
                 eprintln!("{}", line(source, self.command.as_ref()));
@@ -162,11 +162,6 @@ impl Watch {
     }
 }
 
-/// Progress of the source in thousandths.
-fn share_done(source: &SourceStatus) -> u64 {
-    (source.elapsed_ns.min(source.total_ns) * 1000).checked_div(source.total_ns).unwrap_or(0)
-}
-
 /// One line that tells how it goes.
 fn line(source: &SourceStatus, command: Option<&SafeCommand>) -> String {
     let seconds = source.elapsed_ns as f64 * 1e-9;
@@ -182,7 +177,9 @@ fn line(source: &SourceStatus, command: Option<&SafeCommand>) -> String {
         },
     );
     format!(
-        "{seconds:5.1} s, goal {:.1} m, clearance {:.2} m, {filter}",
-        source.goal_distance_m, source.clearance_m
+        "{seconds:.1} of at most {:.0} s, goal {:.1} m, clearance {:.2} m, {filter}",
+        source.total_ns as f64 * 1e-9,
+        source.goal_distance_m,
+        source.clearance_m
     )
 }
