@@ -24,7 +24,7 @@ pub enum Hop {
     Nominal,
     /// Nominal command: published → a filter cycle began that used it first.
     NominalToFilter,
-    /// Filter: cycle due → cycle began.
+    /// Filter: oldest due time not served → cycle began.
     FilterLateness,
     /// Filter: cycle began → safe command handed over.
     FilterCompute,
@@ -98,7 +98,7 @@ impl Hop {
             Self::RobotStateToFilter => "robot state first seen to the first filter cycle that used it",
             Self::Nominal => "robot state taken by the controller to nominal command published",
             Self::NominalToFilter => "nominal command published to the first filter cycle that used it",
-            Self::FilterLateness => "filter cycle due to begun",
+            Self::FilterLateness => "filter cycle due (the oldest due time not served) to begun",
             Self::FilterCompute => "filter cycle begun to command handed over",
             Self::FilterPeriod => "one filter cycle begun to the next begun",
             Self::EndToEnd => "detections first seen to the first command that used them handed over",

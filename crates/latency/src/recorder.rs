@@ -34,6 +34,7 @@ pub struct Recorder {
 #[derive(Debug, Clone, Copy, Default)]
 struct Last {
     sequence: u64,
+    due_ns: u64,
     woke_ns: u64,
     detections_ingress_ns: u64,
     robot_state_ingress_ns: u64,
@@ -63,20 +64,22 @@ impl Recorder {
 
     /// Takes one command. The same command given twice in a row counts once.
     pub fn record(&mut self, command: &SafeCommand) {
-        let ledger = &command.ledger;
         if command.sequence == self.last.sequence
-            && ledger.filter_woke_ns == self.last.woke_ns
+            && command.ledger.filter_woke_ns == self.last.woke_ns
             && self.cycles > 0
         {
             return;
         }
         self.follow_sequence(command);
+        let due_ns = command.ledger.filter_due_ns;
+        let mut command = *command;
+        command.ledger.filter_due_ns = self.oldest_due_ns(&command);
+        let command = &command;
+        let ledger = &command.ledger;
         self.cycles += 1;
-        if ledger.filter_woke_ns.saturating_sub(ledger.filter_due_ns) > self.period_ns
-            && ledger.filter_due_ns != 0
-        {
-            self.deadline_misses += 1;
-        }
+        let skipped = (due_ns - ledger.filter_due_ns) / self.period_ns.max(1);
+        let late = ledger.filter_woke_ns.saturating_sub(ledger.filter_due_ns) > self.period_ns;
+        self.deadline_misses += skipped.max(u64::from(late && due_ns != 0));
 
         self.record_hops(&Hop::OF_CYCLE, command);
         if ledger.detections_ingress_ns != self.last.detections_ingress_ns {
@@ -91,6 +94,7 @@ impl Recorder {
 
         self.last = Last {
             sequence: command.sequence,
+            due_ns,
             woke_ns: ledger.filter_woke_ns,
             detections_ingress_ns: ledger.detections_ingress_ns,
             robot_state_ingress_ns: ledger.robot_state_ingress_ns,
@@ -136,6 +140,18 @@ impl Recorder {
             if let Some(stretch) = hop.stretch(&command.ledger) {
                 self.hops[hop.index()].record(&stretch);
             }
+        }
+    }
+
+    /// The oldest due time this cycle answers for, ns. A timer that wakes late by whole periods skips to its newest due
+    /// time; taking that one would hide exactly the longest delays (coordinated omission).
+    fn oldest_due_ns(&self, command: &SafeCommand) -> u64 {
+        let due_ns = command.ledger.filter_due_ns;
+        match command.sequence.checked_sub(self.last.sequence) {
+            Some(steps) if steps > 0 && self.last.due_ns != 0 => {
+                due_ns.min(self.last.due_ns.saturating_add(steps.saturating_mul(self.period_ns)))
+            }
+            Some(_) | None => due_ns,
         }
     }
 

@@ -52,7 +52,7 @@ pub struct Summary {
     pub period_ns: u64,
     /// Filter cycles seen.
     pub cycles: u64,
-    /// Cycles that began later than one whole period after they were due.
+    /// Due times that passed without a cycle, and cycles that began later than a whole period after they were due.
     pub deadline_misses: u64,
     /// Commands missing from the sequence.
     pub lost_commands: u64,

@@ -121,6 +121,22 @@ fn losses_restarts_repetitions_and_misses_are_counted() {
 }
 
 #[test]
+fn due_times_that_a_late_timer_skipped_are_missed_and_their_lateness_counts() {
+    let mut commands: Vec<_> = (1..=5).map(command).collect();
+    // The timer woke 2.5 periods late and took its newest due time: two passed without a cycle.
+    let mut after_sleep = command(8);
+    after_sleep.sequence = 6;
+    after_sleep.ledger.filter_woke_ns = after_sleep.ledger.filter_due_ns + PERIOD_NS / 2;
+    after_sleep.ledger.filter_published_ns = after_sleep.ledger.filter_woke_ns + 5_000;
+    let mut next = command(9);
+    next.sequence = 7;
+    commands.extend([after_sleep, next]);
+    let summary = summary_of(&commands);
+    assert_eq!((summary.cycles, summary.deadline_misses, summary.lost_commands), (7, 2, 0));
+    assert_eq!(summary.hop(Hop::FilterLateness).max_ns, 5 * PERIOD_NS / 2);
+}
+
+#[test]
 fn stamps_that_never_came_and_stretches_that_run_backwards_are_no_latencies() {
     let mut early = command(1);
     early.ledger =
