@@ -41,6 +41,7 @@ pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow
         if woke_ns >= status_due_ns {
             status_due_ns = woke_ns + STATUS_PERIOD_NS;
             ports.publish_status(&source.status(woke_ns));
+            ports.serve_late_joiners();
         }
         ports.health.woken_cycle();
         ports.health.report(woke_ns);
@@ -113,6 +114,13 @@ impl Ports {
             self.health.error(reason);
         }
         now
+    }
+
+    /// Hands the goal, which is sent rarely, to a nominal controller that has just been started.
+    fn serve_late_joiners(&mut self) {
+        if self.goals.serve_late_joiners().is_err() {
+            self.health.error(Reason::PortFailed);
+        }
     }
 
     fn publish_status(&mut self, status: &SourceStatus) {
