@@ -175,6 +175,19 @@ fn the_mpc_reaches_a_goal_behind_and_beside() {
     }
 }
 
+/// What a bridge makes of a goal given ahead of the robot: its heading is the robot's, whatever that is in odom.
+#[test]
+fn the_mpc_drives_straight_to_a_goal_ahead_whatever_the_heading_in_odom() {
+    for heading in [-3.0_f64, -1.6, -0.5, 1.0, 2.3, 3.1] {
+        let goal = Goal { heading_rad: heading, ..goal(12.0 * heading.cos(), 12.0 * heading.sin()) };
+        let commands = drive(&ground_robot(), [0.0, 0.0, heading], &goal, 13.0, unicycle);
+        assert_eq!(commands.last().unwrap().intent, Intent::Stop.code(), "{heading}");
+        for command in &commands {
+            assert!(command.control[1].abs() < 0.05, "{heading}: {command:?}");
+        }
+    }
+}
+
 #[test]
 fn the_lqr_crosses_the_arena_of_the_paper() {
     let commands = drive(&quadrotor(), [-2.0, 0.0, 0.0], &goal(13.0, 0.0), 20.0, double_integrator);

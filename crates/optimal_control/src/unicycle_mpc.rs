@@ -50,10 +50,13 @@ impl UnicycleMpcSettings {
 
 /// Model-predictive control of `[x, y, heading]` towards a goal pose.
 ///
-/// The cost is the paper's, quadratic in position and heading error. The heading error is an angle on the real
-/// line: the branch next to the previous error is kept, up to 30° beyond half a turn, so it never jumps as the
-/// measured heading wraps. A guess that turns left and one that turns right compete with the previous plan, so that a
-/// goal straight behind, where every derivative vanishes, is turned to as well.
+/// The cost is the paper's, quadratic in position and heading error; its weights on the position belong to the axes
+/// in which the poses are given. With equal weights plans move with the pair of pose and goal, however it is turned.
+///
+/// The heading error is an angle on the real line: the branch next to the previous error is kept, up to 30° beyond
+/// half a turn, so it never jumps as the measured heading wraps. A guess that turns left and one that turns right
+/// compete with the previous plan, so that a goal straight behind, where every derivative vanishes, is turned to as
+/// well.
 pub struct UnicycleMpc {
     sqp: Sqp<EulerUnicycle, 3, 2>,
     /// Error of the previous call and the goal it belonged to.
@@ -96,7 +99,8 @@ impl UnicycleMpc {
             }
         }
         let heading_error = self.heading_error(pose, goal);
-        // The axes stay those of the poses: the dynamics need the heading itself, not its error.
+        // Only the origin moves to the goal, the axes stay: so the third entry is the heading in these axes, and its
+        // reference the goal's. The heading error there would let the plan drive off in another direction.
         let start = [pose[0] - goal[0], pose[1] - goal[1], goal[2] + heading_error];
         let reference = [0.0, 0.0, goal[2]];
         let dynamics = *self.sqp.dynamics();
@@ -117,11 +121,6 @@ impl UnicycleMpc {
     /// Controls `[speed_mps, yaw_rate_radps]` of the plan that stands, one per step.
     pub fn controls(&self) -> &[[f64; 2]] {
         self.sqp.controls()
-    }
-
-    /// States of the plan that stands, relative to its goal: position error in m, heading error in rad.
-    pub fn states_from_goal(&self) -> &[[f64; 3]] {
-        self.sqp.states()
     }
 
     /// Length of a prediction step, s.
