@@ -9,8 +9,11 @@ use cargo_metadata::{Metadata, MetadataCommand, Package};
 const PROCESSES: [&str; 4] = ["perception_bridge", "obstacle_estimator", "nominal_mpc", "cbf_filter"];
 
 /// Registry crate → the workspace crates that may name it.
-const RESERVED: [(&str, &[&str]); 7] = [
+const RESERVED: [(&str, &[&str]); 10] = [
     ("iceoryx2", &["node_runtime"]),
+    ("iceoryx2-cal", &["node_runtime"]),
+    ("iceoryx2-bb-container", &["node_runtime"]),
+    ("iceoryx2-bb-system-types", &["node_runtime"]),
     ("iceoryx2-bb-derive-macros", &["messages"]),
     ("iceoryx2-bb-elementary-traits", &["messages"]),
     ("ros2-client", &["perception_bridge"]),

@@ -22,7 +22,7 @@
 //! use messages::{Obstacles, ProcessId, Reason, RobotState, SafeCommand};
 //! use node_runtime::{CyclicTimer, HealthReporter, Node, RealClock, Shutdown};
 //!
-//! # fn step(_: Option<&RobotState>, _: Option<&Obstacles>, _due_ns: u64, _woke_ns: u64) -> SafeCommand { todo!() }
+//! # fn step(_: Option<&RobotState>, _: Option<&Obstacles>, _due_ns: u64, _woke_ns: u64) -> SafeCommand { loop {} }
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //!     let shutdown = Shutdown::install()?;
 //!     let node = Node::open("demo", ProcessId::Filter)?;
