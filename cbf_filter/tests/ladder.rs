@@ -39,7 +39,7 @@ fn a_person_ahead_changes_the_command_until_the_condition_holds() {
     let people = [person(7, [2.6, 0.1], [-0.8, 0.0], START_NS), person(8, [0.0, 4.0], [0.0, 1.0], START_NS)];
     let command = Scene::fresh(&people, START_NS).step(&mut filter(), START_NS);
     assert_eq!(status(&command).0, SafetyStatus::Filtered);
-    assert_ne!(command.control, [0.8, 0.1]);
+    assert_ne!(command.control, [0.8, 0.1], "{command:?}");
     assert_eq!(command.critical_track_id, 7);
     let [a_v, a_w] = command.lg_h;
     let condition = command.drift_mps

@@ -13,9 +13,13 @@ use settings::Settings;
 pub const MS: u64 = 1_000_000;
 pub const START_NS: u64 = 1_000 * MS;
 
+/// The shipped settings with a buffer of their own, so that the scenes stay what they are when the default is tuned.
 pub fn settings() -> Settings {
     let text = include_str!("../../../config/ground_robot.toml");
-    Settings::parse(text, "ground_robot.toml".as_ref(), ".".as_ref()).expect("shipped settings")
+    let mut settings =
+        Settings::parse(text, "ground_robot.toml".as_ref(), ".".as_ref()).expect("shipped settings");
+    settings.filter.sdf_buffer_m = 0.05;
+    settings
 }
 
 pub fn filter() -> SafetyFilter {
