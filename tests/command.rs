@@ -93,7 +93,7 @@ fn a_model_that_does_not_fit_is_refused() {
     altered[last] ^= 1;
     std::fs::write(folder.join("altered.safetensors"), altered).expect("a writable file");
     let altered = settings("altered.toml", "embedded:ground_robot", "altered.safetensors");
-    assert_refused(&["filter", "--config", &altered], "hash");
+    assert_refused(&["filter", "--config", &altered], "the file was altered");
 }
 
 #[test]
