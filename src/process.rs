@@ -75,7 +75,12 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<bool> {
         std::thread::sleep(RECORD_PERIOD);
     }
     let report = recorder.finish()?;
-    tracing::info!(?report, "recorder ends");
+    if report.dropped > 0 {
+        tracing::warn!(
+            dropped = report.dropped,
+            "the disk did not keep up; messages are missing from the recording"
+        );
+    }
     Ok(report.dropped == 0)
 }
 

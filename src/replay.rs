@@ -1,6 +1,7 @@
 //! `cncbf replay`: a recording through the stack, in real time or in lockstep.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use messages::Reason;
 use perception_bridge::{IntakeReport, McapSource};
@@ -45,6 +46,12 @@ impl std::fmt::Display for Figures {
 
 /// Replays. Success means: played to the end, and in lockstep every repetition gave the same bytes.
 pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<bool> {
+    let same_file = |record: &PathBuf| matches!((record.canonicalize(), args.file.canonicalize()), (Ok(to), Ok(from)) if to == from);
+    anyhow::ensure!(
+        !args.record.as_ref().is_some_and(same_file),
+        "--record would overwrite {}, the recording being played; name another file",
+        args.file.display()
+    );
     let mut settings = settings(&args.process)?;
     if let Some(controller) = args.controller {
         settings.nominal.controller = match controller {

@@ -60,6 +60,7 @@ pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
         bar: Bar::status(),
         started_ns: RealClock.now_ns(),
         reported_ns: RealClock.now_ns(),
+        ends_at_goal: plan.closed_loop || *plan.source == Source::Sim,
         reached_ns: None,
     };
     let mut launcher = Launcher::start(children(plan)?)?;
@@ -88,8 +89,9 @@ pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
 /// Counts a crash; ends the run where a process stays down.
 fn note(event: &Event) -> anyhow::Result<usize> {
     match event {
-        Event::Finished { .. } | Event::Restarted { .. } => Ok(0),
+        Event::Restarted { .. } => Ok(0),
         Event::Failed { .. } => Ok(1),
+        Event::Finished { .. } => anyhow::bail!("{event} although nobody asked it to; start the stack again"),
         Event::GaveUp { .. } | Event::RestartFailed { .. } => anyhow::bail!("{event}"),
     }
 }
@@ -107,7 +109,8 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
         program: program.clone(),
         args: [vec![subcommand.into()], extra, common.to_vec()].concat(),
         env: Vec::new(),
-        restart: RestartPolicy::default(),
+        // A recorder that began anew would overwrite what it had recorded.
+        restart: if id == ProcessId::Recorder { RestartPolicy::Never } else { RestartPolicy::default() },
     };
     let mut bridge = vec!["--source".into(), plan.source.to_string().into()];
     if plan.closed_loop {
@@ -135,6 +138,8 @@ struct Watch {
     bar: Bar,
     started_ns: u64,
     reported_ns: u64,
+    /// Whether reaching the goal ends the stack: not where a recorded robot drives on.
+    ends_at_goal: bool,
     reached_ns: Option<u64>,
 }
 
@@ -149,7 +154,7 @@ impl Watch {
                 self.reported_ns = now_ns;
                 eprintln!("{}", line(source, self.command.as_ref()));
             }
-            if source.goal_reached != 0 {
+            if source.goal_reached != 0 && self.ends_at_goal {
                 self.reached_ns.get_or_insert(now_ns);
             }
             if source.finished != 0 {

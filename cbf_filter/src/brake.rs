@@ -13,6 +13,9 @@ pub(crate) struct Brake {
     deceleration_mps2: f64,
     /// Unicycle: `[forward speed, 0]` as last commanded. Double integrator: velocity in `odom` as last measured.
     velocity_mps: [f64; 2],
+    /// Whether a command was ever noted. Before that a unicycle's speed is what is measured: the filter may have been
+    /// restarted while the robot moved.
+    has_commanded: bool,
 }
 
 impl Brake {
@@ -21,21 +24,29 @@ impl Brake {
             RobotKind::Unicycle => ControlKind::Unicycle,
             RobotKind::DoubleIntegrator => ControlKind::DoubleIntegrator,
         };
-        Self { kind, deceleration_mps2: robot.brake_deceleration_mps2, velocity_mps: [0.0; 2] }
+        Self {
+            kind,
+            deceleration_mps2: robot.brake_deceleration_mps2,
+            velocity_mps: [0.0; 2],
+            has_commanded: false,
+        }
     }
 
     /// Notes the command that was sent and the state it was made from, as the starting point of a later brake.
     pub(crate) fn note(&mut self, state: &RobotState, control: [f64; 2]) {
+        self.has_commanded = true;
         self.velocity_mps = match self.kind {
             ControlKind::Unicycle => [control[0], 0.0],
             ControlKind::DoubleIntegrator => state.velocity_in_odom_mps(),
         };
     }
 
-    /// Takes a fresh measurement while braking; only the double integrator, whose command is an acceleration, needs it.
+    /// Takes a fresh measurement while braking: the double integrator, whose command is an acceleration, always needs it,
+    /// the unicycle only until it was commanded for the first time.
     pub(crate) fn observe(&mut self, state: &RobotState) {
         match self.kind {
-            ControlKind::Unicycle => {}
+            ControlKind::Unicycle if self.has_commanded => {}
+            ControlKind::Unicycle => self.velocity_mps = [state.velocity_in_base_mps[0].max(0.0), 0.0],
             ControlKind::DoubleIntegrator => self.velocity_mps = state.velocity_in_odom_mps(),
         }
     }

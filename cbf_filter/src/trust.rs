@@ -99,6 +99,7 @@ impl Limits {
                 return Err(Reason::UnsoundObstacle);
             }
             self.not_from_the_future(obstacle.valid_at_ns, now_ns)?;
+            within(obstacle.valid_at_ns, self.detections_age_ns, now_ns, Reason::StaleDetections)?;
         }
         Ok(obstacles)
     }

@@ -81,7 +81,7 @@ type Spoil = fn(&mut Scene);
 #[test]
 fn every_untrustworthy_input_brakes_for_its_own_reason() {
     let now_ns = START_NS;
-    let cases: [(&str, Spoil, Reason); 15] = [
+    let cases: [(&str, Spoil, Reason); 16] = [
         ("no robot state", |s| s.robot_state = None, Reason::NoRobotState),
         (
             "old robot state",
@@ -106,6 +106,11 @@ fn every_untrustworthy_input_brakes_for_its_own_reason() {
             "infinite position",
             |s| edit(&mut s.obstacles).items[0].position_in_odom_m[1] = f64::INFINITY,
             Reason::UnsoundObstacle,
+        ),
+        (
+            "an obstacle of long ago",
+            |s| edit(&mut s.obstacles).items[0].valid_at_ns = 0,
+            Reason::StaleDetections,
         ),
         ("negative radius", |s| edit(&mut s.obstacles).items[0].radius_m = -0.1, Reason::UnsoundObstacle),
         ("no nominal command", |s| s.nominal = None, Reason::NoNominalCommand),
@@ -178,6 +183,17 @@ fn braking_ends_in_standing_and_fresh_inputs_end_both() {
     assert_eq!(cycles, 134);
     let again = Scene::fresh(&[], now_ns).step(&mut filter, now_ns);
     assert_eq!(status(&again), (SafetyStatus::Filtered, Reason::None));
+}
+
+#[test]
+fn a_filter_that_starts_while_the_robot_moves_brakes_from_its_measured_speed() {
+    let mut filter = filter();
+    let mut scene = Scene::fresh(&[], START_NS);
+    scene.nominal = None;
+    let command = scene.step(&mut filter, START_NS);
+    assert_eq!(status(&command), (SafetyStatus::Braking, Reason::NoNominalCommand));
+    // 0.8 m/s, one cycle of 4 ms at 1.5 m/s² later.
+    assert!((command.control[0] - 0.794).abs() < 1e-12, "{:?}", command.control);
 }
 
 #[test]

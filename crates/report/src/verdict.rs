@@ -1,7 +1,7 @@
 //! The figures a run is judged by.
 
 use latency::{Recorder, Summary};
-use messages::RobotState;
+use messages::{RobotState, SourceStatus};
 use serde::{Deserialize, Serialize};
 
 use crate::intervention::{Interventions, interventions};
@@ -117,6 +117,7 @@ impl Verdict {
     pub fn of(record: &RunRecord) -> Self {
         let spans = rung_spans(record);
         let source = record.source_status.last();
+        let collisions = counted(&record.source_status, |status| u64::from(status.collisions));
         let with_barrier =
             || record.safe_commands.iter().filter(|command| Rung::of_code(command.status).has_barrier());
         let smallest = |values: &mut dyn Iterator<Item = f64>| finite(values.fold(f64::INFINITY, f64::min));
@@ -125,13 +126,13 @@ impl Verdict {
         Self {
             outcome: match source {
                 None => Outcome::Unknown,
-                Some(status) if status.collisions > 0 => Outcome::Collision,
+                Some(_) if collisions > 0 => Outcome::Collision,
                 Some(status) if status.goal_reached != 0 => Outcome::Reached,
                 Some(_) => Outcome::NotReached,
             },
             reached: source.map(|status| status.goal_reached != 0),
-            collisions: source.map(|status| status.collisions),
-            min_clearance_m: source.and_then(|status| finite(status.min_clearance_m)),
+            collisions: source.map(|_| u32::try_from(collisions).unwrap_or(u32::MAX)),
+            min_clearance_m: smallest(&mut record.source_status.iter().map(|status| status.min_clearance_m)),
             goal_distance_m: source.and_then(|status| finite(status.goal_distance_m)),
             time_to_goal_s: reached_at.map(|status| record.seconds(status.published_ns).max(0.0)),
             duration_s: record.duration_s(),
@@ -144,8 +145,8 @@ impl Verdict {
             infeasible_cycles: with_barrier().filter(|command| command.hard_margin_mps < 0.0).count() as u64,
             interventions: interventions(record, &spans),
             time_shares: TimeShares::of(&spans),
-            accepted_inputs: source.map(|status| status.accepted),
-            refused_inputs: source.map(|status| status.refused),
+            accepted_inputs: source.map(|_| counted(&record.source_status, |status| status.accepted)),
+            refused_inputs: source.map(|_| counted(&record.source_status, |status| status.refused)),
             latency: Recorder::of(record.filter_period_ns, &record.safe_commands).summary(),
         }
     }
@@ -168,6 +169,13 @@ impl Verdict {
         let (cycles, misses) = (self.latency.cycles, self.latency.deadline_misses);
         (cycles > 0).then(|| 1.0 - misses as f64 / cycles as f64)
     }
+}
+
+/// A counter of the source over the whole run. A source that was restarted counts from zero again, which must not hide what
+/// came before.
+fn counted(statuses: &[SourceStatus], counter: impl Fn(&SourceStatus) -> u64) -> u64 {
+    let before_restarts = statuses.windows(2).filter(|pair| pair[1].elapsed_ns < pair[0].elapsed_ns);
+    before_restarts.map(|pair| counter(&pair[0])).chain(statuses.last().map(&counter)).sum()
 }
 
 fn path_length_m(states: &[RobotState]) -> Option<f64> {

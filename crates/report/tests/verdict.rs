@@ -3,7 +3,7 @@
 mod synthetic;
 
 use bytemuck::Zeroable;
-use messages::{Reason, SafeCommand, SafetyStatus};
+use messages::{Reason, SafeCommand, SafetyStatus, SourceStatus};
 use report::{INTERVENTION_TOLERANCE, Outcome, RunRecord, Verdict};
 use synthetic::{PERIOD_NS, START_NS};
 
@@ -109,6 +109,26 @@ fn deadline_misses_and_lost_commands_are_told() {
     assert_eq!((verdict.latency.deadline_misses, verdict.latency.lost_commands), (1, 1));
     assert_eq!(verdict.deadlines_kept(), Some(1.0 - 1.0 / 99.0));
     assert!(verdict.to_string().contains("1 deadline misses, 1 commands lost"), "{verdict}");
+}
+
+#[test]
+fn a_restarted_source_does_not_hide_an_earlier_collision() {
+    let mut record = run_of(&[SafetyStatus::Filtered; 100]);
+    let last = *record.source_status.last().unwrap();
+    let status = |elapsed_ns, collisions, min_clearance_m| SourceStatus {
+        elapsed_ns,
+        collisions,
+        min_clearance_m,
+        accepted: 10,
+        ..last
+    };
+    record.source_status = vec![status(1, 0, 0.5), status(2, 1, -0.1), status(1, 0, 0.4), status(2, 0, 0.4)];
+    let verdict = Verdict::of(&record);
+    assert_eq!(
+        (verdict.outcome, verdict.collisions, verdict.accepted_inputs),
+        (Outcome::Collision, Some(1), Some(20))
+    );
+    assert_eq!(verdict.min_clearance_m, Some(-0.1));
 }
 
 #[test]
