@@ -49,8 +49,9 @@ impl CommandSink {
         }
     }
 
-    /// Takes a command that arrived at `now_ns`. One that is not finite or for another robot is refused and counted; the
-    /// robot then brakes until a good one comes.
+    /// Takes a command that arrived at `now_ns`. Its age counts from its making, not from its arrival: what waited in a
+    /// queue while this process slept is old. One that is not finite or for another robot is refused and counted; the robot
+    /// then brakes until a good one comes.
     pub fn take(&mut self, command: &SafeCommand, now_ns: u64) {
         let finite = command.control.iter().all(|value| value.is_finite());
         self.refused = match (finite, ControlKind::try_from(command.control_kind)) {
@@ -59,7 +60,7 @@ impl CommandSink {
             (false, _) => Some(Reason::MalformedInput),
         };
         match self.refused {
-            None => self.newest = Some((now_ns, command.control)),
+            None => self.newest = Some((command.ledger.filter_published_ns.min(now_ns), command.control)),
             Some(_) => self.refusals += 1,
         }
     }
@@ -70,7 +71,7 @@ impl CommandSink {
         self.state = match (self.newest, self.refused) {
             (_, Some(reason)) => SinkState::Braking(reason),
             (None, None) => SinkState::Waiting,
-            (Some((arrived_ns, _)), None) if now_ns.saturating_sub(arrived_ns) > self.silence_ns => {
+            (Some((made_ns, _)), None) if now_ns.saturating_sub(made_ns) > self.silence_ns => {
                 SinkState::Braking(Reason::SilentFilter)
             }
             (Some(_), None) => SinkState::Following,
@@ -119,8 +120,19 @@ mod tests {
         CommandSink::new(&Settings::parse(text, "x".as_ref(), ".".as_ref()).expect("shipped settings"))
     }
 
-    fn command(control: [f64; 2]) -> SafeCommand {
-        SafeCommand { control, control_kind: ControlKind::Unicycle.code(), ..SafeCommand::zeroed() }
+    fn command(control: [f64; 2], made_ns: u64) -> SafeCommand {
+        let mut command =
+            SafeCommand { control, control_kind: ControlKind::Unicycle.code(), ..SafeCommand::zeroed() };
+        command.ledger.filter_published_ns = made_ns;
+        command
+    }
+
+    #[test]
+    fn a_command_that_waited_in_a_queue_is_as_old_as_it_is() {
+        let mut sink = sink();
+        sink.take(&command([0.7, 0.2], 100 * MS), 130 * MS);
+        assert!(sink.control(131 * MS, 10 * MS, [0.7, 0.0])[0] < 0.7);
+        assert_eq!(sink.state(), SinkState::Braking(Reason::SilentFilter));
     }
 
     #[test]
@@ -128,24 +140,24 @@ mod tests {
         let mut sink = sink();
         assert_eq!(sink.control(0, 10 * MS, [0.0; 2]), [0.0; 2]);
         assert_eq!(sink.state(), SinkState::Waiting);
-        sink.take(&command([0.7, 0.2]), 100 * MS);
+        sink.take(&command([0.7, 0.2], 100 * MS), 100 * MS);
         assert_eq!(sink.control(120 * MS, 10 * MS, [0.7, 0.0]), [0.7, 0.2]);
         assert_eq!(sink.state(), SinkState::Following);
         let [speed, yaw_rate] = sink.control(121 * MS, 10 * MS, [0.7, 0.0]);
         assert!((speed - 0.685).abs() < 1e-12 && yaw_rate == 0.0, "{speed}");
         assert_eq!(sink.state(), SinkState::Braking(Reason::SilentFilter));
-        sink.take(&command([0.5, 0.0]), 130 * MS);
+        sink.take(&command([0.5, 0.0], 130 * MS), 130 * MS);
         assert_eq!(sink.control(131 * MS, 10 * MS, [0.6, 0.0]), [0.5, 0.0]);
     }
 
     #[test]
     fn a_command_that_cannot_be_used_brakes_at_once() {
         let mut sink = sink();
-        sink.take(&command([0.7, 0.2]), 0);
-        sink.take(&command([f64::NAN, 0.0]), MS);
+        sink.take(&command([0.7, 0.2], 0), 0);
+        sink.take(&command([f64::NAN, 0.0], MS), MS);
         let [speed, _] = sink.control(2 * MS, 10 * MS, [0.7, 0.0]);
         assert!(speed < 0.7 && sink.refusals() == 1);
-        let mut foreign = command([0.7, 0.2]);
+        let mut foreign = command([0.7, 0.2], 3 * MS);
         foreign.control_kind = ControlKind::DoubleIntegrator.code();
         sink.take(&foreign, 3 * MS);
         sink.control(4 * MS, 10 * MS, [0.7, 0.0]);
@@ -155,7 +167,7 @@ mod tests {
     #[test]
     fn braking_ends_in_a_halt() {
         let mut sink = sink();
-        sink.take(&command([1.0, 0.0]), 0);
+        sink.take(&command([1.0, 0.0], 0), 0);
         let mut speed = 1.0;
         for step in 0..100 {
             speed = sink.control((50 + 10 * step) * MS, 10 * MS, [speed, 0.0])[0];

@@ -34,7 +34,8 @@ pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow
         if let Some(command) = commands.newest() {
             source.command(&command, woke_ns);
         }
-        while let Some(event) = source.poll(RealClock.now_ns()) {
+        // The time stands still in this loop, so that a source slower than the clock cannot keep it busy for ever.
+        while let Some(event) = source.poll(woke_ns) {
             ports.publish(&event);
         }
         braking = ports.complain(braking, source.sink_state());
