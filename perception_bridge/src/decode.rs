@@ -112,10 +112,12 @@ pub fn detection(
     radius: RadiusRule,
 ) -> Result<Detection, Reason> {
     let best = message.results.iter().max_by(|a, b| a.hypothesis.score.total_cmp(&b.hypothesis.score));
-    // Some publishers fill in the pose of the hypothesis only.
+    // Some publishers place an object by its hypothesis only. Their box tells nothing by its orientation, which ROS 2
+    // initialises to the unit quaternion and ROS 1 to zero, nor by its size, which may be filled in all the same.
+    let (centre, nowhere) = (&message.bbox.center.position, ros2::Point::default());
     let place = match best {
-        Some(best) if message.bbox == ros2::BoundingBox3D::default() => &best.pose.pose.position,
-        Some(_) | None => &message.bbox.center.position,
+        Some(best) if *centre == nowhere && best.pose.pose.position != nowhere => &best.pose.pose.position,
+        Some(_) | None => centre,
     };
     let mut detection = disc(place, odom_from_frame, radius.radius_m(&message.bbox.size))?;
     detection.track_id = identity(&message.id);
@@ -262,6 +264,27 @@ mod tests {
         assert_eq!(radius(f64::NAN, f64::NAN), Ok(0.35));
         assert_eq!(radius(40.0, 2.0), Ok(1.5));
         assert_eq!(radius(f64::INFINITY, 0.5), Ok(0.35));
+    }
+
+    #[test]
+    fn the_hypothesis_places_an_object_whose_box_has_no_centre() {
+        let mut message = Detection3D::default();
+        // As ROS 2 initialises a box, and as those leave it who fill in its size only.
+        message.bbox.center.orientation = upright();
+        message.bbox.size = ros2::Vector3 { x: 0.6, y: 0.5, z: 1.8 };
+        let mut hypothesis = ros2::ObjectHypothesisWithPose::default();
+        hypothesis.pose.pose.position = Point { x: 4.0, y: -1.0, z: 0.0 };
+        message.results = vec![hypothesis];
+        let place = |message: &Detection3D| {
+            detection(message, &Isometry3::identity(), RULE)
+                .map(|found| (found.position_in_odom_m, found.radius_m))
+        };
+        assert_eq!(place(&message), Ok(([4.0, -1.0], 0.3)));
+        message.bbox.center.position.x = 2.0;
+        assert_eq!(place(&message), Ok(([2.0, 0.0], 0.3)), "a box with a centre rules");
+        message.bbox.center.position.x = 0.0;
+        message.results[0].pose.pose.position = Point::default();
+        assert_eq!(place(&message), Ok(([0.0, 0.0], 0.3)), "both at the origin: there it is");
     }
 
     #[test]

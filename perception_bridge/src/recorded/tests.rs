@@ -180,6 +180,23 @@ fn an_unknown_frame_is_taken_for_odom_only_if_the_settings_say_so() {
 }
 
 #[test]
+fn nothing_is_assumed_of_a_recording_with_transforms() {
+    let static_elsewhere = transform("/tf_static", "base", "laser", 0, [0.5, 0.0]);
+    let messages = [
+        static_elsewhere,
+        odometry("odom", 0, 0.0),
+        people("camera", 0, &[[3.0, 0.0]]),
+        people("odom", 50 * MS, &[[3.0, 0.0]]),
+    ];
+    let (playlist, report) = decode(&settings(), &messages).expect("usable");
+    assert_eq!((playlist.people.len(), report.assumed_odom), (1, 0));
+    assert_eq!(report.refused.get(&Reason::NoTransform), Some(&1), "camera is not known to be odom");
+
+    let (playlist, report) = decode(&settings(), &messages[1..]).expect("usable");
+    assert_eq!((playlist.people.len(), report.assumed_odom), (2, 1), "without any transform it is assumed");
+}
+
+#[test]
 fn bad_messages_are_counted_and_the_good_ones_pass() {
     let mut no_orientation = odometry("odom", 100 * MS, 0.0);
     if let RecordedKind::Odometry(odometry) = &mut no_orientation.kind {
