@@ -148,6 +148,7 @@ struct Intake {
     refused_detections: u64,
     refused_transforms: BTreeMap<&'static str, u64>,
     restamped: u64,
+    assumed_odom: u64,
     replaced_by_simulation: u64,
 }
 
@@ -170,6 +171,7 @@ impl Intake {
             refused_detections: report.refused_detections,
             refused_transforms: labelled(&report.refused_transforms),
             restamped: report.restamped,
+            assumed_odom: report.assumed_odom,
             replaced_by_simulation: report.replaced,
         }
     }

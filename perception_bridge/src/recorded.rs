@@ -54,7 +54,7 @@ pub struct IntakeReport {
     pub refused_transforms: BTreeMap<Reason, u64>,
     /// Messages whose stamp was missing or absurd, so that their log time was taken.
     pub restamped: u64,
-    /// Messages used whose frame was taken for `odom`, since the recording holds no transforms and the settings allow it.
+    /// Messages whose frame was taken for `odom`, since the recording holds no transforms and the settings allow it.
     pub assumed_odom: u64,
     /// Odometry left out because a simulated robot takes the place of the recorded one. These count as used.
     pub replaced: u64,

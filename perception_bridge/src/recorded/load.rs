@@ -14,7 +14,7 @@ use super::error::SourceError;
 use super::playlist::{Content, Entry, Playlist};
 use super::topics::Topics;
 use crate::decode::{self, RadiusRule};
-use crate::frames::{Frames, plain};
+use crate::frames::Frames;
 
 const NS_PER_MS: u64 = 1_000_000;
 
@@ -51,6 +51,8 @@ pub(super) fn decode_all(
         Some((message.log_time_ns, header.stamp.to_ns()?))
     }));
     let mut intake = Intake::new(settings, clock, report);
+    let has_transforms = messages.iter().any(|message| matches!(message.kind, RecordedKind::Transforms(_)));
+    intake.may_assume_odom = settings.source.assume_odom_frame && !has_transforms;
     intake.take_frames(messages);
     for message in messages {
         match intake.take(message) {
@@ -77,6 +79,8 @@ struct Intake<'a> {
     radius: RadiusRule,
     clock: ClockOffset,
     frames: Frames,
+    /// Whether frames of which nothing is known are taken for `odom`.
+    may_assume_odom: bool,
     report: IntakeReport,
     entries: Vec<Entry>,
     states: Vec<RobotState>,
@@ -103,6 +107,7 @@ impl<'a> Intake<'a> {
             radius: RadiusRule { default_m: settings.obstacle.radius_m, smallest_m, largest_m },
             clock,
             frames: Frames::new(settings.source.max_transform_age_ms * NS_PER_MS),
+            may_assume_odom: false,
             report,
             entries: Vec::new(),
             states: Vec::new(),
@@ -234,15 +239,15 @@ impl<'a> Intake<'a> {
     }
 
     /// The transform from a message's frame to `odom`.
-    fn odom_from(&self, header: &Header, times: Times) -> Result<Isometry3<f64>, Reason> {
+    fn odom_from(&mut self, header: &Header, times: Times) -> Result<Isometry3<f64>, Reason> {
         let odom = &self.settings.odom_frame;
         let found = self.frames.lookup(odom, &header.frame_id, times.valid_ns);
         // A frame that is connected, only not at this time, is known not to be odom.
-        let may_assume = self.settings.assume_odom_frame && !self.frames.knows(plain(&header.frame_id));
-        match found {
-            Err(_) if may_assume => Ok(Isometry3::identity()),
-            found => found,
+        if found.is_err() && self.may_assume_odom && !self.frames.knows(&header.frame_id) {
+            self.report.assumed_odom += 1;
+            return Ok(Isometry3::identity());
         }
+        found
     }
 
     fn take_state(&mut self, times: Times, state: RobotState) -> Result<(), Reason> {
@@ -306,6 +311,10 @@ impl<'a> Intake<'a> {
         }
         for (reason, count) in &self.report.refused {
             tracing::warn!(recording = %path.display(), %reason, count, "messages refused");
+        }
+        if self.report.assumed_odom > 0 {
+            let (recording, count) = (path.display(), self.report.assumed_odom);
+            tracing::warn!(%recording, count, "no transforms recorded: frames of messages taken for odom");
         }
         Ok((Playlist::new(self.entries, self.states, self.people, self.goals), self.report))
     }
