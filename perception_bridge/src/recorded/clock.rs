@@ -1,9 +1,14 @@
 //! From the sensors' clock to the recorder's: header stamps rule, log times are the fallback.
 
+use messages::Reason;
+
 /// Clocks closer together than this are the same one; what remains is the sensors' delay, which is physics, ns.
 const SAME_CLOCK_NS: i64 = 1_000_000_000;
-/// A stamp farther than this from its log time, once the clocks are aligned, is no time of measurement, ns.
-const ABSURD_NS: i64 = 10_000_000_000;
+/// A stamp farther than this behind its log time, once the clocks are aligned, is no time of measurement, ns.
+const ABSURD_NS: u64 = 10_000_000_000;
+
+/// Nothing is measured after it was logged; clocks that are aligned jitter by no more than this, ns.
+const AHEAD_NS: u64 = 100_000_000;
 
 /// What is added to a stamp to bring it onto the recorder's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,13 +44,25 @@ impl ClockOffset {
     /// Time of measurement of a message with this stamp, if it has one.
     pub(super) fn measured_at(self, log_time_ns: u64, stamp_ns: Option<u64>) -> MeasuredAt {
         let aligned = stamp_ns.and_then(|stamp_ns| stamp_ns.checked_add_signed(self.0));
-        match aligned {
-            Some(time_ns) if difference(log_time_ns, time_ns).abs() <= ABSURD_NS => {
-                MeasuredAt { time_ns, is_log_time: false }
-            }
-            Some(_) | None => MeasuredAt { time_ns: log_time_ns, is_log_time: true },
+        match aligned.map(|time_ns| plausible(log_time_ns, time_ns)) {
+            Some(Ok(time_ns)) => MeasuredAt { time_ns, is_log_time: false },
+            Some(Err(_)) | None => MeasuredAt { time_ns: log_time_ns, is_log_time: true },
         }
     }
+}
+
+/// `time_ns` itself, if a message logged at `log_time_ns`, on the same clock, can have been made then.
+///
+/// # Errors
+/// [`Reason::FutureStamp`] if it lies too far after the log time, [`Reason::MalformedInput`] if absurdly far before.
+pub(super) fn plausible(log_time_ns: u64, time_ns: u64) -> Result<u64, Reason> {
+    if time_ns.saturating_sub(log_time_ns) > AHEAD_NS {
+        return Err(Reason::FutureStamp);
+    }
+    if log_time_ns.saturating_sub(time_ns) > ABSURD_NS {
+        return Err(Reason::MalformedInput);
+    }
+    Ok(time_ns)
 }
 
 /// `a − b`, cut to what fits.
@@ -84,6 +101,14 @@ mod tests {
             assert_eq!(offset.measured_at(50 * S, stamp_ns), log_time);
         }
         assert!(!offset.measured_at(50 * S, Some(42 * S)).is_log_time);
+    }
+
+    #[test]
+    fn nothing_is_measured_after_it_was_logged() {
+        let offset = ClockOffset(0);
+        assert!(!offset.measured_at(50 * S, Some(50 * S + 100 * MS)).is_log_time, "jitter of the clocks");
+        let log_time = MeasuredAt { time_ns: 50 * S, is_log_time: true };
+        assert_eq!(offset.measured_at(50 * S, Some(50 * S + 101 * MS)), log_time);
     }
 
     #[test]

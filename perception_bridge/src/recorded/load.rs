@@ -9,7 +9,7 @@ use recording::{McapReader, RecordedKind, RecordedMessage, WireMessage};
 use settings::{Settings, SourceSettings};
 
 use super::IntakeReport;
-use super::clock::ClockOffset;
+use super::clock::{ClockOffset, plausible};
 use super::error::SourceError;
 use super::playlist::{Content, Entry, Playlist};
 use super::topics::Topics;
@@ -207,15 +207,18 @@ impl<'a> Intake<'a> {
     fn take_wire(&mut self, log_time_ns: u64, wire: &WireMessage) -> Result<(), Reason> {
         match wire {
             WireMessage::RobotState(state) if state.is_finite() => {
-                self.take_state(wire_times(log_time_ns, &state.stamp), *state)
+                let times = self.wire_times(log_time_ns, &state.stamp)?;
+                self.take_state(times, *state)
             }
             WireMessage::RobotState(_) => Err(Reason::NonFiniteRobotState),
             WireMessage::Detections(frame) => {
+                let times = self.wire_times(log_time_ns, &frame.stamp)?;
                 let people = frame.as_slice().iter().map(|detection| sound(*detection));
-                self.take_people(wire_times(log_time_ns, &frame.stamp), people, frame.left_out)
+                self.take_people(times, people, frame.left_out)
             }
             WireMessage::Goal(goal) if goal.is_finite() => {
-                self.take_goal(wire_times(log_time_ns, &goal.stamp), *goal);
+                let times = self.wire_times(log_time_ns, &goal.stamp)?;
+                self.take_goal(times, *goal);
                 Ok(())
             }
             WireMessage::Goal(_)
@@ -236,6 +239,16 @@ impl<'a> Intake<'a> {
             valid_ns: measured_at.time_ns,
             source_ns: stamp_ns.unwrap_or(log_time_ns),
         }
+    }
+
+    /// Times of a message of this stack: its stamps are on the recorder's clock already, so that an absurd one means that
+    /// the message is broken.
+    fn wire_times(&mut self, log_time_ns: u64, stamp: &Stamp) -> Result<Times, Reason> {
+        let or = |time_ns: u64, fallback_ns| if time_ns > 0 { time_ns } else { fallback_ns };
+        let due_ns = plausible(log_time_ns, or(stamp.published_ns, log_time_ns))?;
+        let valid_ns = plausible(log_time_ns, or(stamp.valid_at_ns, due_ns))?;
+        self.report.restamped += u64::from(stamp.valid_at_ns == 0);
+        Ok(Times { due_ns, valid_ns, source_ns: stamp.source_ns })
     }
 
     /// The transform from a message's frame to `odom`.
@@ -318,13 +331,6 @@ impl<'a> Intake<'a> {
         }
         Ok((Playlist::new(self.entries, self.states, self.people, self.goals), self.report))
     }
-}
-
-/// Times of a message of this stack: its stamps are on the recorder's clock already.
-fn wire_times(log_time_ns: u64, stamp: &Stamp) -> Times {
-    let due_ns = if stamp.published_ns > 0 { stamp.published_ns } else { log_time_ns };
-    let valid_ns = if stamp.valid_at_ns > 0 { stamp.valid_at_ns } else { due_ns };
-    Times { due_ns, valid_ns, source_ns: stamp.source_ns }
 }
 
 /// A detection of a wire message, checked as any other.

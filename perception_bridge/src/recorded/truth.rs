@@ -52,15 +52,16 @@ impl Truth {
         self.touching.clear();
         self.clearance_m = f64::INFINITY;
         let Some(before) = self.next_frame.checked_sub(1).and_then(frame) else { return };
-        let age_ns = at_ns - before.valid_ns;
-        let after = frame(self.next_frame).filter(|after| after.valid_ns - before.valid_ns <= LONGEST_GAP_NS);
+        let age_ns = at_ns.saturating_sub(before.valid_ns);
+        let after = frame(self.next_frame)
+            .filter(|after| after.valid_ns.saturating_sub(before.valid_ns) <= LONGEST_GAP_NS);
         if after.is_none() && age_ns > LONGEST_GAP_NS {
             return;
         }
         for person in playlist.people_of(before) {
             let later = after.and_then(|after| {
                 let same = |other: &&Detection| person.track_id != 0 && other.track_id == person.track_id;
-                let share = age_ns as f64 / (after.valid_ns - before.valid_ns) as f64;
+                let share = age_ns as f64 / after.valid_ns.saturating_sub(before.valid_ns) as f64;
                 playlist.people_of(after).iter().find(same).map(|later| (later.position_in_odom_m, share))
             });
             let mut at_m = person.position_in_odom_m;
