@@ -41,10 +41,13 @@ impl Frames {
         self.edges.contains_key(plain(child))
     }
 
-    /// Takes in where `child` lay in `parent` at `time_ns`; a static transform holds at any time.
+    /// Takes in where `child` lay in `parent` at `time_ns`; a static transform holds at any time,
+    /// and one said again replaces itself. The first parent and kind of a child are kept: one stray transform must not cost
+    /// all those measured before it.
     ///
     /// # Errors
-    /// [`Reason::MalformedInput`] if a frame has no name or is its own parent.
+    /// [`Reason::MalformedInput`] if a frame has no name or is its own parent, or if the child is known under another parent
+    /// or as the other kind, static or moving.
     pub fn insert(
         &mut self,
         parent: &str,
@@ -57,10 +60,16 @@ impl Frames {
         if parent.is_empty() || child.is_empty() || parent == child {
             return Err(Reason::MalformedInput);
         }
-        let new = || Edge { parent: parent.to_owned(), is_static, samples: Vec::new() };
-        let edge = self.edges.entry(child.to_owned()).or_insert_with(new);
-        if edge.parent != parent || edge.is_static != is_static || is_static {
-            *edge = new();
+        let edge = self.edges.entry(child.to_owned()).or_insert_with(|| Edge {
+            parent: parent.to_owned(),
+            is_static,
+            samples: Vec::new(),
+        });
+        if edge.parent != parent || edge.is_static != is_static {
+            return Err(Reason::MalformedInput);
+        }
+        if is_static {
+            edge.samples.clear();
         }
         let at = edge.samples.partition_point(|(sample_ns, _)| *sample_ns <= time_ns);
         edge.samples.insert(at, (time_ns, parent_from_child));
@@ -185,6 +194,20 @@ mod tests {
             Ok([0.5, 0.0]),
             "the old part is not needed"
         );
+    }
+
+    #[test]
+    fn one_deviating_transform_is_refused_and_costs_nothing() {
+        let mut frames = tree();
+        let other = at(9.0, 9.0, 0.0);
+        let malformed = Err(Reason::MalformedInput);
+        assert_eq!(frames.insert("map", "base_link", 1_050 * MS, other, false), malformed, "parent");
+        assert_eq!(frames.insert("odom", "base_link", 1_050 * MS, other, true), malformed, "kind");
+        assert_eq!(frames.insert("base_link", "laser", 1_050 * MS, other, false), malformed, "kind");
+        assert_eq!(place(&frames, "odom", "laser", 1_000 * MS), Ok([1.5, 0.0]));
+        // A static transform said again replaces itself.
+        frames.insert("base_link", "laser", 5, at(0.7, 0.0, 0.0), true).expect("well-formed");
+        assert_eq!(place(&frames, "odom", "laser", 1_000 * MS), Ok([1.7, 0.0]));
     }
 
     #[test]

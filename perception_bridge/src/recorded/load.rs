@@ -148,14 +148,12 @@ impl<'a> Intake<'a> {
             }
         }
         for (odometry, time_ns, isometry) in from_odometry {
+            let (parent, child) = (&odometry.header.frame_id, &odometry.child_frame_id);
             // A nameless frame only means that nothing can refer to it.
-            let _ = self.frames.insert(
-                &odometry.header.frame_id,
-                &odometry.child_frame_id,
-                time_ns,
-                isometry,
-                false,
-            );
+            let is_named = !parent.is_empty() && !child.is_empty();
+            if is_named && let Err(reason) = self.frames.insert(parent, child, time_ns, isometry, false) {
+                *self.report.refused_transforms.entry(reason).or_default() += 1;
+            }
         }
     }
 

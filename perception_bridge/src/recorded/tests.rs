@@ -7,7 +7,7 @@ use recording::ros2::{
     Detection3D, Detection3DArray, Header, Odometry, Point, Pose, PoseArray, PoseStamped, Quaternion,
     TFMessage, Time, Transform, TransformStamped, Vector3,
 };
-use recording::{RecordedKind, RecordedMessage};
+use recording::{RecordedKind, RecordedMessage, WireMessage};
 
 const S: u64 = 1_000_000_000;
 const MS: u64 = 1_000_000;
@@ -197,6 +197,20 @@ fn nothing_is_assumed_of_a_recording_with_transforms() {
 }
 
 #[test]
+fn a_frame_seen_once_under_another_parent_keeps_its_place() {
+    let messages = [
+        odometry("odom", 0, 0.0),
+        transform("/tf", "odom", "laser", 0, [1.0, 0.0]),
+        transform("/tf", "map", "laser", 10 * MS, [7.0, 0.0]),
+        transform("/tf_static", "odom", "laser", 20 * MS, [8.0, 0.0]),
+        people("laser", 20 * MS, &[[3.0, 0.0]]),
+    ];
+    let (playlist, report) = decode(&settings(), &messages).expect("usable");
+    assert_eq!(playlist.people[0].position_in_odom_m, [4.0, 0.0]);
+    assert_eq!(report.refused_transforms.get(&Reason::MalformedInput), Some(&2));
+}
+
+#[test]
 fn bad_messages_are_counted_and_the_good_ones_pass() {
     let mut no_orientation = odometry("odom", 100 * MS, 0.0);
     if let RecordedKind::Odometry(odometry) = &mut no_orientation.kind {
@@ -229,6 +243,61 @@ fn bad_messages_are_counted_and_the_good_ones_pass() {
     assert_eq!(report.refused.get(&Reason::BackwardStamp), Some(&2));
     assert_eq!(report.restamped, 1);
     assert_eq!(report.used + report.refused_total(), messages.len() as u64);
+}
+
+#[test]
+fn a_stamp_ahead_of_its_log_time_locks_nothing_out() {
+    let mut ahead = odometry("odom", 100 * MS, 0.1);
+    if let RecordedKind::Odometry(odometry) = &mut ahead.kind {
+        odometry.header.stamp = Time::from_ns(BEGIN_NS + 5 * S);
+    }
+    let mut messages = vec![odometry("odom", 0, 0.0), people("odom", 0, &[[3.0, 0.0]]), ahead];
+    messages.extend((2..20).map(|step| odometry("odom", step * 100 * MS, 0.0)));
+    let (playlist, report) = decode(&settings(), &messages).expect("usable");
+    assert_eq!((playlist.states.len(), report.refused_total(), report.restamped), (20, 0, 1));
+    assert_eq!(playlist.entries[2].valid_ns, 102 * MS, "the log time");
+}
+
+/// A robot state as this stack records it: logged when published.
+fn wire_state(log_time_ns: u64, published_ns: u64, valid_at_ns: u64) -> RecordedMessage {
+    let stamp = Stamp { published_ns, valid_at_ns, ..Stamp::zeroed() };
+    let state = RobotState { stamp, ..RobotState::zeroed() };
+    let kind = RecordedKind::Wire(Box::new(WireMessage::RobotState(state)));
+    message("/cncbf/wire/robot_state", log_time_ns, kind)
+}
+
+#[test]
+fn absurd_stamps_of_wire_messages_are_refused_and_lock_nothing_out() {
+    let messages = [
+        people("odom", 0, &[[3.0, 0.0]]),
+        wire_state(BEGIN_NS + 40 * MS, BEGIN_NS + 40 * MS, BEGIN_NS + 35 * MS),
+        wire_state(BEGIN_NS + 50 * MS, BEGIN_NS + 50 * MS, u64::MAX),
+        wire_state(BEGIN_NS + 60 * MS, u64::MAX, BEGIN_NS + 55 * MS),
+        wire_state(BEGIN_NS + 70 * MS, BEGIN_NS + 70 * MS, BEGIN_NS + 5 * S),
+        wire_state(BEGIN_NS + 80 * MS, 1, 1),
+        wire_state(BEGIN_NS + 90 * MS, 0, 0),
+    ];
+    let (playlist, report) = decode(&settings(), &messages).expect("usable");
+    assert_eq!((playlist.states.len(), report.restamped), (2, 1));
+    assert_eq!(report.refused.get(&Reason::FutureStamp), Some(&3));
+    assert_eq!(report.refused.get(&Reason::MalformedInput), Some(&1), "too old");
+    assert_eq!(playlist.length_ns, 90 * MS);
+    events(&mut source(&settings(), &messages, false), 10 * MS);
+}
+
+#[test]
+fn log_times_at_the_ends_of_the_clock_are_played_without_overflow() {
+    let mut frame = people("odom", 0, &[[3.0, 0.0]]);
+    frame.log_time_ns = u64::MAX;
+    let messages = [wire_state(1, 1, 1), frame];
+    let mut source = source(&settings(), &messages, false);
+    while source.poll(50 * S).is_some() {}
+    // Spares the repetitions of the goal in between.
+    source.next_goal_ns = u64::MAX;
+    assert_eq!(source.next_due_ns(), Some(u64::MAX));
+    let Some(BridgeEvent::Detections(frame)) = source.poll(u64::MAX) else { panic!("the frame is due") };
+    assert_eq!(frame.stamp.valid_at_ns, u64::MAX);
+    assert_eq!(source.status(u64::MAX).finished, 1);
 }
 
 #[test]
@@ -276,6 +345,26 @@ fn poses_are_anonymous_and_a_recorded_goal_is_driven_to() {
 }
 
 #[test]
+fn a_goal_said_again_stays_reached_and_another_one_does_not() {
+    let goal = |at_ns: u64, x: f64| {
+        let goal = PoseStamped { header: header("odom", BEGIN_NS + at_ns), pose: pose(x, 0.0, 0.0) };
+        message("/goal_pose", BEGIN_NS + at_ns, RecordedKind::Pose(Box::new(goal)))
+    };
+    let reached = |last_x: f64| {
+        let messages = [
+            people("odom", 0, &[[3.0, 0.0]]),
+            goal(0, 0.2),
+            odometry("odom", 100 * MS, 0.1),
+            goal(200 * MS, last_x),
+        ];
+        let mut source = source(&settings(), &messages, false);
+        events(&mut source, MS);
+        source.status(60 * S).goal_reached
+    };
+    assert_eq!((reached(0.2), reached(5.0)), (1, 0));
+}
+
+#[test]
 fn in_a_closed_loop_the_robot_obeys_and_runs_into_those_who_stand_in_its_way() {
     let standing: Vec<_> = (0..60)
         .flat_map(|step| {
@@ -287,7 +376,7 @@ fn in_a_closed_loop_the_robot_obeys_and_runs_into_those_who_stand_in_its_way() {
         .collect();
     let mut sorted = standing;
     sorted.sort_by_key(|message| message.log_time_ns);
-    let command = SafeCommand {
+    let mut command = SafeCommand {
         control: [0.5, 0.0],
         control_kind: messages::ControlKind::Unicycle.code(),
         ..SafeCommand::zeroed()
@@ -301,6 +390,7 @@ fn in_a_closed_loop_the_robot_obeys_and_runs_into_those_who_stand_in_its_way() {
                 states.push(state);
             }
         }
+        command.ledger.filter_published_ns = now_ns;
         source.command(&command, now_ns);
     }
     let last = states.last().expect("states");
