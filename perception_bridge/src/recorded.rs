@@ -158,7 +158,7 @@ impl McapSource {
 
     fn stamp(&mut self, which: usize, source_ns: u64, valid_ns: u64, now_ns: u64) -> Stamp {
         self.sequences[which] += 1;
-        let valid_at_ns = self.origin_ns.unwrap_or(now_ns) + valid_ns;
+        let valid_at_ns = self.origin_ns.unwrap_or(now_ns).saturating_add(valid_ns);
         Stamp { sequence: self.sequences[which], source_ns, valid_at_ns, ingress_ns: now_ns, published_ns: 0 }
     }
 
@@ -190,8 +190,11 @@ impl McapSource {
                 Some(BridgeEvent::Detections(self.frame(stamp, first, count, left_out)))
             }
             Content::Goal(index) => {
-                self.goal = self.playlist.goals[index as usize];
-                self.goal_reached = false;
+                let goal = self.playlist.goals[index as usize];
+                // Said again, it is still the goal that was reached.
+                let aim = |goal: &Goal| (goal.position_in_odom_m, goal.heading_rad);
+                self.goal_reached &= aim(&goal) == aim(&self.goal);
+                self.goal = goal;
                 Some(self.goal_event(source_ns, valid_ns, now_ns))
             }
         }
@@ -234,14 +237,14 @@ impl McapSource {
 
 impl Source for McapSource {
     fn next_due_ns(&self) -> Option<u64> {
-        (!self.has_ended()).then(|| self.origin_ns.unwrap_or(0) + self.next_event_ns())
+        (!self.has_ended()).then(|| self.origin_ns.unwrap_or(0).saturating_add(self.next_event_ns()))
     }
 
     fn poll(&mut self, now_ns: u64) -> Option<BridgeEvent> {
         let origin_ns = *self.origin_ns.get_or_insert(now_ns);
         while !self.has_ended() {
             let at_ns = self.next_event_ns();
-            if origin_ns + at_ns > now_ns {
+            if origin_ns.saturating_add(at_ns) > now_ns {
                 return None;
             }
             // The robot first: a frame keeps those nearest to where it is at the same moment.
@@ -250,7 +253,7 @@ impl Source for McapSource {
             } else if self.next_entry_ns() == at_ns {
                 self.take_entry(now_ns)
             } else {
-                self.next_goal_ns += GOAL_PERIOD_NS;
+                self.next_goal_ns = self.next_goal_ns.saturating_add(GOAL_PERIOD_NS);
                 Some(self.goal_event(at_ns, at_ns, now_ns))
             };
             if event.is_some() {
