@@ -27,14 +27,23 @@ impl ClockOffset {
     /// Estimates the offset from pairs of log time and stamp, ns.
     ///
     /// Two clocks differ by the typical difference; on top, each message has its own delay, of which the smallest seen is
-    /// taken for none.
+    /// taken for none. A clock behind by less than a second cannot be told from a delay and stays as it is; one ahead is set
+    /// back.
     pub(super) fn estimate(pairs: impl Iterator<Item = (u64, u64)>) -> Self {
         let mut differences: Vec<i64> =
             pairs.map(|(log_ns, stamp_ns)| difference(log_ns, stamp_ns)).collect();
         differences.sort_unstable();
         let Some(&median) = differences.get(differences.len() / 2) else { return Self(0) };
-        if median.abs() < SAME_CLOCK_NS {
+        if (0..SAME_CLOCK_NS).contains(&median) {
             return Self(0);
+        }
+        if (-SAME_CLOCK_NS..0).contains(&median) {
+            // Nothing is measured after it was logged, so this clock runs ahead. Stamps far from the others are faults, and
+            // so are up to one in twenty of the rest.
+            let from =
+                differences.partition_point(|difference| median.saturating_sub(*difference) >= SAME_CLOCK_NS);
+            let typical = &differences[from..];
+            return Self(typical.get(typical.len() / 20).map_or(0, |smallest| (*smallest).min(0)));
         }
         let smallest =
             differences.iter().find(|difference| median.saturating_sub(**difference) < SAME_CLOCK_NS);
@@ -91,6 +100,22 @@ mod tests {
         let log_ns = |s: u64| (1_000_000 + s) * S + (5 + s % 10) * MS;
         let offset = ClockOffset::estimate((1..100).map(|s| (log_ns(s), s * S)));
         assert_eq!(offset.measured_at(log_ns(13), Some(13 * S)).time_ns, (1_000_013) * S + 5 * MS);
+    }
+
+    #[test]
+    fn a_clock_that_runs_ahead_a_little_is_set_back_and_one_behind_is_delay() {
+        // Stamps 500 ms ahead, delays of 5 ms to 14 ms; some are farther ahead, some absurd.
+        let log_ns = |s: u64| s * S + (5 + s % 10) * MS;
+        let ahead = |s: u64| match s % 50 {
+            7 => s * S + 900 * MS,
+            21..25 => u64::MAX,
+            _ => s * S + 500 * MS,
+        };
+        let offset = ClockOffset::estimate((100..200).map(|s| (log_ns(s), ahead(s))));
+        assert_eq!(offset.measured_at(log_ns(113), Some(ahead(113))).time_ns, 113 * S + 5 * MS);
+        assert!(offset.measured_at(log_ns(107), Some(ahead(107))).is_log_time);
+        let behind = ClockOffset::estimate((100..200).map(|s| (log_ns(s) + 500 * MS, s * S)));
+        assert_eq!(behind, ClockOffset(0));
     }
 
     #[test]
