@@ -109,7 +109,9 @@ fn a_late_poll_brings_everything_in_order() {
 #[test]
 fn only_a_robot_that_takes_commands_has_a_sink() {
     let command = bytemuck::Zeroable::zeroed();
-    let command = SafeCommand { control: [0.5, 0.0], control_kind: ControlKind::Unicycle.code(), ..command };
+    let mut command =
+        SafeCommand { control: [0.5, 0.0], control_kind: ControlKind::Unicycle.code(), ..command };
+    command.ledger.filter_published_ns = BEGIN_NS;
     for (name, mut source) in sources() {
         source.poll(BEGIN_NS);
         source.command(&command, BEGIN_NS);
