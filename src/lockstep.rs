@@ -2,10 +2,8 @@
 
 use std::time::Duration;
 
-use barrier::Kernel;
-use cbf_filter::{SafetyFilter, load_model};
+use cbf_filter::load_model;
 use evaluation::{START_NS, VirtualStack};
-use messages::SafeCommand;
 use node_runtime::{Clock, RealClock};
 use perception_bridge::{SourceChoice, open_source};
 use recording::{Recorder, WireMessage};
@@ -37,7 +35,6 @@ pub(crate) struct Replayed {
 pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) -> anyhow::Result<Replayed> {
     let choice = SourceChoice::Mcap { file: args.file.clone(), closed_loop: args.closed_loop };
     let model = load_model(&settings.filter.model)?;
-    let kernel: Kernel = SafetyFilter::new(settings, &model)?.kernel();
     let mut stack = VirtualStack::new(settings, &model, open_source(settings, &choice)?)?;
     let mut recorder = match args.record.as_ref().filter(|_| recording) {
         Some(file) => Some(Recorder::create(file, recording_info(settings)?)?),
@@ -57,7 +54,7 @@ pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) ->
             keep(&mut record, &message);
         });
         let Some(command) = command else { break };
-        digest.update(bytes_of(&command));
+        digest.update(bytemuck::bytes_of(&command));
         let now_ns = command.ledger.filter_woke_ns;
         if now_ns >= status_due_ns {
             status_due_ns += STATUS_PERIOD_NS;
@@ -89,7 +86,7 @@ pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) ->
             .finalize()
             .iter()
             .fold(String::new(), |hex, byte| hex + &format!("{byte:02x}")),
-        kernel: kernel.name(),
+        kernel: stack.kernel().name(),
         speed: virtual_s / pace.elapsed_s(),
         record,
     })
@@ -105,10 +102,6 @@ fn keep(record: &mut RunRecord, message: &WireMessage) {
         WireMessage::SourceStatus(message) => record.source_status.push(message),
         WireMessage::Detections(_) | WireMessage::NominalCommand(_) | WireMessage::Health(_) => {}
     }
-}
-
-fn bytes_of(command: &SafeCommand) -> &[u8] {
-    bytemuck::bytes_of(command)
 }
 
 /// Holds virtual time back to a multiple of real time, or not at all.

@@ -2,13 +2,11 @@
 
 use std::time::Duration;
 
-use barrier::Kernel;
 use messages::{
     Detections, Goal, Health, NominalCommand, Obstacles, ProcessId, RobotState, SafeCommand, SourceStatus,
 };
 use node_runtime::{Node, Shutdown, Subscriber};
 use recording::{Recorder, RecordingInfo, WireMessage};
-use settings::KernelChoice;
 
 use crate::cli::{BridgeArgs, ProcessArgs, RecordArgs};
 use crate::common::settings;
@@ -97,14 +95,9 @@ fn take<T: messages::Message + Into<WireMessage>>(
 
 /// What a recording says about its origin.
 pub(crate) fn recording_info(settings: &settings::Settings) -> anyhow::Result<RecordingInfo> {
-    let kernel = match settings.filter.kernel {
-        KernelChoice::Auto => Kernel::detect(),
-        KernelChoice::Portable => Kernel::Portable,
-        KernelChoice::Avx2Fma => Kernel::Avx2Fma,
-    };
     Ok(RecordingInfo {
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        kernel: kernel.name().to_owned(),
+        kernel: cbf_filter::chosen_kernel(settings.filter.kernel).name().to_owned(),
         settings: settings.to_toml()?,
         odom_frame: settings.source.odom_frame.clone(),
         base_frame: BASE_FRAME.to_owned(),

@@ -72,11 +72,7 @@ impl SafetyFilter {
             Pair::Unicycle(pair) => (pair.control, ControlKind::Unicycle),
             Pair::DoubleIntegrator(pair) => (pair.control, ControlKind::DoubleIntegrator),
         };
-        let kernel = match filter.kernel {
-            KernelChoice::Auto => Kernel::detect(),
-            KernelChoice::Portable => Kernel::Portable,
-            KernelChoice::Avx2Fma => Kernel::Avx2Fma,
-        };
+        let kernel = chosen_kernel(filter.kernel);
         Ok(Self {
             pair,
             control_kind,
@@ -278,6 +274,15 @@ fn ledger(inputs: &Inputs<'_>, tick: Tick) -> Ledger {
         filter_due_ns: tick.due_ns,
         filter_woke_ns: tick.woke_ns,
         filter_published_ns: 0,
+    }
+}
+
+/// The kernel that a setting means on this processor.
+pub fn chosen_kernel(choice: KernelChoice) -> Kernel {
+    match choice {
+        KernelChoice::Auto => Kernel::detect(),
+        KernelChoice::Portable => Kernel::Portable,
+        KernelChoice::Avx2Fma => Kernel::Avx2Fma,
     }
 }
 

@@ -15,6 +15,6 @@ mod prediction;
 pub mod shell;
 mod trust;
 
-pub use filter::{Inputs, SafetyFilter};
+pub use filter::{Inputs, SafetyFilter, chosen_kernel};
 pub use ladder::rung;
 pub use model::{EMBEDDED_MODELS, FilterSetupError, load_model};

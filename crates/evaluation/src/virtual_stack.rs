@@ -1,6 +1,6 @@
 //! Four steps on one clock.
 
-use barrier::Model;
+use barrier::{Kernel, Model};
 use cbf_filter::{FilterSetupError, SafetyFilter};
 use messages::{Goal, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus};
 use node_runtime::Tick;
@@ -45,7 +45,6 @@ pub struct VirtualStack {
     goal: Option<Goal>,
     obstacles: Option<Obstacles>,
     nominal_command: Option<NominalCommand>,
-    silences: u64,
 }
 
 impl VirtualStack {
@@ -69,7 +68,6 @@ impl VirtualStack {
             goal: None,
             obstacles: None,
             nominal_command: None,
-            silences: 0,
         })
     }
 
@@ -98,9 +96,9 @@ impl VirtualStack {
         self.source.status(self.filter_due_ns - self.filter_period_ns)
     }
 
-    /// Cycles in which the nominal controller had no answer.
-    pub const fn silences(&self) -> u64 {
-        self.silences
+    /// Evaluation kernel of the filter.
+    pub fn kernel(&self) -> Kernel {
+        self.filter.kernel()
     }
 
     fn bridge(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) {
@@ -150,12 +148,10 @@ impl VirtualStack {
             robot_state_received_ns: now_ns,
             goal: self.goal.as_ref(),
         };
-        match self.nominal.step(&inputs, now_ns) {
-            Ok(command) => {
-                self.nominal_command = Some(command);
-                observe(now_ns, command.into());
-            }
-            Err(_) => self.silences += 1,
+        // Silence is the controller's answer where it has none; the filter notices it by the age of the last command.
+        if let Ok(command) = self.nominal.step(&inputs, now_ns) {
+            self.nominal_command = Some(command);
+            observe(now_ns, command.into());
         }
     }
 
