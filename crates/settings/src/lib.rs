@@ -14,6 +14,7 @@ mod offline;
 mod robot;
 mod simulation;
 mod sources;
+mod training;
 
 use std::path::{Path, PathBuf};
 
@@ -23,10 +24,11 @@ pub use error::SettingsError;
 pub use estimator::{EstimatorKind, EstimatorSettings};
 pub use filter::{FilterSettings, KernelChoice};
 pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings};
-pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings, TrainingSettings};
+pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
 pub use robot::{ObstacleSettings, RobotKind, RobotSettings};
 pub use simulation::SimulationSettings;
 pub use sources::SourceSettings;
+pub use training::TrainingSettings;
 
 use error::{Checked, positive};
 

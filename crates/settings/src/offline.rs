@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::TrainingSettings;
 use crate::error::{Checked, bounds, non_negative, positive, require};
 
 /// Everything `cncbf solve` and `cncbf train` need beside robot and obstacle.
@@ -70,24 +71,6 @@ pub struct SolverSettings {
     pub unsafe_share_tolerance: f64,
 }
 
-/// Fit of the residual network.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TrainingSettings {
-    /// Seed of the initial weights and of the shuffling.
-    pub seed: u64,
-    /// Passes over the samples.
-    pub epochs: u64,
-    /// Samples per step of Adam.
-    pub batch_size: usize,
-    /// First learning rate of Adam.
-    pub learning_rate: f64,
-    /// Last learning rate.
-    pub final_learning_rate: f64,
-    /// Subtracted from V before the fit, m: a margin toward the safe side.
-    pub margin_m: f64,
-}
-
 impl OfflineSettings {
     pub(crate) fn validate(&self) -> Checked {
         require(!self.name.is_empty(), "offline.name", &self.name, "a name")?;
@@ -104,11 +87,6 @@ impl OfflineSettings {
         positive("offline.solver.max_horizon_s", solver.max_horizon_s)?;
         positive("offline.solver.check_interval_s", solver.check_interval_s)?;
         non_negative("offline.solver.unsafe_share_tolerance", solver.unsafe_share_tolerance)?;
-        let training = &self.training;
-        require(training.epochs > 0, "offline.training.epochs", training.epochs, "at least 1")?;
-        require(training.batch_size > 0, "offline.training.batch_size", training.batch_size, "at least 1")?;
-        positive("offline.training.learning_rate", training.learning_rate)?;
-        positive("offline.training.final_learning_rate", training.final_learning_rate)?;
-        non_negative("offline.training.margin_m", training.margin_m)
+        self.training.validate()
     }
 }
