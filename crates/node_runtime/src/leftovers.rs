@@ -21,10 +21,10 @@ use iceoryx2::{
 
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::{Domain, domain::quieten};
+use crate::{Domain, domain::quieten, stillborn::StillbornWatch};
 
 /// Where Linux keeps POSIX shared memory.
-const SHARED_MEMORY_FOLDER: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY_FOLDER: &str = "/dev/shm";
 /// How long to wait for another process that is cleaning up after the same dead one.
 const CLEANER_PATIENCE: Duration = Duration::from_secs(1);
 
@@ -130,6 +130,7 @@ pub fn leftovers(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
 /// # Errors
 /// [`CleanUpError`]; what was removed before stays removed.
 pub fn clean_up(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
+    let _watch = StillbornWatch::start(domain);
     let before = leftovers(domain)?;
     each_node(domain, |state| {
         if let NodeState::Dead(view) = state
@@ -153,9 +154,9 @@ pub(crate) fn unfinished_services(domain: &Domain) -> Vec<PathBuf> {
     let folder = PathBuf::from(domain.config().global.service_dir().to_string());
     let mut services = entries(&folder).unwrap_or_default();
     services.retain(|path| {
-        let ours = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(domain.prefix()));
         // iceoryx2 takes the right to write away when the description is complete.
-        ours && path.metadata().is_ok_and(|metadata| metadata.permissions().mode() & 0o200 != 0)
+        carries_prefix(path, domain)
+            && path.metadata().is_ok_and(|metadata| metadata.permissions().mode() & 0o200 != 0)
     });
     services
 }
@@ -199,6 +200,11 @@ fn each_node(domain: &Domain, mut visit: impl FnMut(NodeState<Service>)) -> Resu
     .map_err(|error| CleanUpError::List { cause: format!("{error:?}") })
 }
 
+/// Whether the file's name says that it belongs to `domain`.
+pub(crate) fn carries_prefix(path: &Path, domain: &Domain) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(domain.prefix()))
+}
+
 /// Every file that carries the prefix, sorted.
 fn files(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
     let config = domain.config();
@@ -214,10 +220,10 @@ fn files(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
     let mut found = Vec::new();
     for folder in folders {
         for path in entries(&folder)? {
-            let carries_prefix =
-                path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(domain.prefix()));
             // A file may vanish between listing and looking; then it is no leftover.
-            if carries_prefix && let Ok(metadata) = path.symlink_metadata() {
+            if carries_prefix(&path, domain)
+                && let Ok(metadata) = path.symlink_metadata()
+            {
                 found.push(Leftover { path, bytes: metadata.len() });
             }
         }
@@ -226,7 +232,7 @@ fn files(domain: &Domain) -> Result<Vec<Leftover>, CleanUpError> {
     Ok(found)
 }
 
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, CleanUpError> {
+pub(crate) fn entries(folder: &Path) -> Result<Vec<PathBuf>, CleanUpError> {
     let failed = |source| CleanUpError::File { path: folder.to_owned(), source };
     match std::fs::read_dir(folder) {
         Ok(listing) => Ok(listing.filter_map(|entry| Some(entry.ok()?.path())).collect()),

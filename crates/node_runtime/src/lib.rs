@@ -62,6 +62,7 @@ mod node;
 mod publisher;
 mod services;
 mod shutdown;
+mod stillborn;
 mod subscriber;
 mod wake;
 

@@ -20,6 +20,7 @@ use crate::{
     domain::quieten,
     leftovers,
     services::{self, OpenFailure},
+    stillborn::StillbornWatch,
 };
 
 /// How long a port is retried while another process creates, removes or cleans up the same service.
@@ -96,6 +97,8 @@ pub struct Node {
     domain: Domain,
     instance: String,
     process: ProcessId,
+    /// Last, so that it still watches while the others are dropped.
+    watch: StillbornWatch,
 }
 
 impl Node {
@@ -116,6 +119,7 @@ impl Node {
     pub fn open_in(domain: &Domain, instance: &str, process: ProcessId) -> Result<Self, NodeError> {
         services::check_instance(instance)?;
         quieten();
+        let watch = StillbornWatch::start(domain);
         let create_failed = |cause: String| NodeError::Create { cause };
         let name = NodeName::new(&format!("{instance}/{process}"))
             .map_err(|error| create_failed(format!("{error:?}")))?;
@@ -133,7 +137,7 @@ impl Node {
                 "could not remove what crashed processes left behind"
             );
         }
-        Ok(Self { membership, domain: domain.clone(), instance: instance.to_owned(), process })
+        Ok(Self { membership, domain: domain.clone(), instance: instance.to_owned(), process, watch })
     }
 
     /// Which process this is.
@@ -159,7 +163,7 @@ impl Node {
                 PublisherCreateError::ExceedsMaxSupportedPublishers => OpenFailure::Taken("writer"),
                 other => OpenFailure::Transient(format!("{other:?}")),
             })?;
-            Ok(Publisher { port })
+            Ok(Publisher { port, _watch: self.watch.clone() })
         })
     }
 
@@ -188,7 +192,7 @@ impl Node {
                     SubscriberCreateError::ExceedsMaxSupportedSubscribers => OpenFailure::Taken("reader"),
                     other => OpenFailure::Transient(format!("{other:?}")),
                 })?;
-            Ok(Subscriber { port, failures: 0 })
+            Ok(Subscriber { port, failures: 0, _watch: self.watch.clone() })
         })
     }
 
@@ -206,7 +210,7 @@ impl Node {
                 }
                 other => OpenFailure::Transient(format!("{other:?}")),
             })?;
-            Ok(Waker { notifier })
+            Ok(Waker { notifier, _watch: self.watch.clone() })
         })
     }
 
@@ -223,7 +227,7 @@ impl Node {
                 ListenerCreateError::ExceedsMaxSupportedListeners => OpenFailure::Taken("listener"),
                 other => OpenFailure::Transient(format!("{other:?}")),
             })?;
-            Ok(WakeUp { listener })
+            Ok(WakeUp { listener, _watch: self.watch.clone() })
         })
     }
 

@@ -8,6 +8,8 @@ use iceoryx2::{
 };
 use messages::Message;
 
+use crate::stillborn::StillbornWatch;
+
 /// Why a message was not sent. The next one may pass: keep sending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
@@ -31,6 +33,8 @@ pub enum PortError {
 #[derive(Debug)]
 pub struct Publisher<T: Message> {
     pub(crate) port: IceoryxPublisher<Service, T, ()>,
+    /// Last: iceoryx2 may clean up after the dead while it drops the last port of a process.
+    pub(crate) _watch: StillbornWatch,
 }
 
 impl<T: Message> Publisher<T> {

@@ -3,11 +3,15 @@
 use iceoryx2::{port::subscriber::Subscriber as IceoryxSubscriber, service::ipc_threadsafe::Service};
 use messages::Message;
 
+use crate::stillborn::StillbornWatch;
+
 /// Receives one type of message from its service. May be moved to another thread.
 #[derive(Debug)]
 pub struct Subscriber<T: Message> {
     pub(crate) port: IceoryxSubscriber<Service, T, ()>,
     pub(crate) failures: u64,
+    /// Last: iceoryx2 may clean up after the dead while it drops the last port of a process.
+    pub(crate) _watch: StillbornWatch,
 }
 
 impl<T: Message> Subscriber<T> {

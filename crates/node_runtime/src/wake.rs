@@ -8,6 +8,8 @@ use iceoryx2::{
 };
 use iceoryx2_cal::event::ListenerWaitError;
 
+use crate::stillborn::StillbornWatch;
+
 /// Shortest time that iceoryx2 can hand to the operating system, which takes zero for "wait for ever".
 const SHORTEST_WAIT: Duration = Duration::from_micros(1);
 
@@ -24,6 +26,8 @@ pub enum Woken {
 #[derive(Debug)]
 pub struct WakeUp {
     pub(crate) listener: Listener<Service>,
+    /// Last: iceoryx2 may clean up after the dead while it drops the last port of a process.
+    pub(crate) _watch: StillbornWatch,
 }
 
 impl WakeUp {
@@ -51,6 +55,8 @@ impl WakeUp {
 #[derive(Debug)]
 pub struct Waker {
     pub(crate) notifier: Notifier<Service>,
+    /// Last: iceoryx2 may clean up after the dead while it drops the last port of a process.
+    pub(crate) _watch: StillbornWatch,
 }
 
 impl Waker {

@@ -9,6 +9,7 @@ mod common;
 use std::{
     fs::Permissions,
     os::unix::fs::PermissionsExt,
+    path::PathBuf,
     process::{Child, Command, Stdio},
     time::Duration,
 };
@@ -175,6 +176,31 @@ fn a_process_killed_while_it_starts_spoils_nothing() {
     while goals.newest().is_some() {}
     let _sender = Other::start("sender", &domain);
     hear(&mut goals);
+}
+
+#[test]
+fn a_segment_whose_creator_was_killed_before_it_had_a_size_stops_nobody() {
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Nominal).unwrap();
+    let mut goals = node.subscriber::<Goal>().unwrap();
+    let mut sender = Other::start("sender", &domain);
+    hear(&mut goals);
+    // The connection as a sender leaves it that dies between making it and giving it a size.
+    let segments = std::fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path());
+    let ours = |path: &PathBuf| path.to_string_lossy().contains(domain.prefix());
+    let connection =
+        segments.filter(ours).find(|path| path.extension().is_some_and(|end| end == "connection"));
+    let connection = connection.expect("a heard sender is connected");
+    sender.kill();
+    while goals.newest().is_some() {}
+    drop(goals);
+    std::fs::write(&connection, "").unwrap();
+    std::fs::set_permissions(&connection, Permissions::from_mode(0o200)).unwrap();
+    // Both clean up after the dead sender, whose connection has no size.
+    let _sender = Other::start("sender", &domain);
+    hear(&mut node.subscriber::<Goal>().unwrap());
+    drop(node);
+    assert!(!connection.exists());
 }
 
 #[test]
