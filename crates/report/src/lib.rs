@@ -1,12 +1,13 @@
 //! What a run is judged by: its verdict, its report, its picture, and the reasons behind one moment.
 //!
-//! Everything here is a pure function of a [`RunRecord`], the messages of one run in memory:
+//! Nearly everything here is a pure function of a [`RunRecord`], the messages of one run in memory:
 //!
 //! * [`Verdict::of`] – did it arrive, did it touch anybody, how often did the filter step in; JSON and terminal text.
 //! * [`html`] – one self-contained page with figures, plots and a playback seen from above.
 //! * [`birds_eye_svg`] – one moment seen from above, as a picture.
 //! * [`explain`] – what the filter did at one time, and because of which obstacle; JSON and terminal text.
 //! * [`trace_zero_levels`] – the set h = 0 in the world frame, from barrier values that the caller computes.
+//! * [`model_figure_svg`] – slices of a value function and of the barrier that learned it, from values the caller samples.
 //!
 //! What is deliberately absent: the barrier itself (its values come in through a callback), files, ports, clocks.
 //!
@@ -20,6 +21,8 @@ mod explain_display;
 mod finite;
 mod html;
 mod intervention;
+mod level_set;
+mod model_figure;
 mod playback;
 mod plot;
 mod record;
@@ -36,6 +39,7 @@ pub use explain::{
 };
 pub use html::{HtmlError, html};
 pub use intervention::{INTERVENTION_TOLERANCE, Interventions};
+pub use model_figure::{ModelFigure, ModelSlice, model_figure_svg};
 pub use plot::PlotError;
 pub use record::{Moment, RunRecord};
 pub use spans::{Rung, Span};

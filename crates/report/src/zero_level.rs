@@ -1,9 +1,8 @@
 //! The composite's zero level h = 0 in the world frame, at the robot's heading of the moment.
 //!
-//! The barrier's values come from the caller; here is only marching squares on the grid that holds them.
+//! The barrier's values come from the caller; here is the grid that holds them.
 
-use contour::ContourBuilder;
-
+use crate::level_set::level_rings;
 use crate::{Moment, RunRecord};
 
 /// Values of the composite h on a grid of robot positions; everything else of the moment is held as it was.
@@ -56,27 +55,12 @@ impl BarrierGrid {
 
     /// Where h < 0, as rings in `odom`, m.
     fn unsafe_regions(&self) -> Vec<Vec<[f64; 2]>> {
-        // Linear interpolation along an edge needs finite ends; far from everybody the exact value does not matter.
-        const FAR_M: f64 = 1e3;
-        let depth: Vec<f64> = self
-            .values_m
-            .iter()
-            .map(|h_m| if h_m.is_nan() { -FAR_M } else { (-h_m).clamp(-FAR_M, FAR_M) })
-            .collect();
-        let Ok(lines) = ContourBuilder::new(self.side, self.side, true).lines(&depth, &[0.0]) else {
-            return Vec::new();
-        };
-        let rings = lines.into_iter().flat_map(|line| line.into_inner().0.0);
-        rings
-            .map(|ring| ring.0.into_iter().map(|point| self.in_odom_m([point.x, point.y])).collect())
+        let depth: Vec<f64> = self.values_m.iter().map(|h_m| -h_m).collect();
+        let in_odom_m = |point: [f64; 2]| [0, 1].map(|axis| self.min_m[axis] + self.step_m * point[axis]);
+        level_rings(&depth, self.side, 0.0)
+            .into_iter()
+            .map(|ring| ring.into_iter().map(in_odom_m).collect())
             .collect()
-    }
-
-    /// Marching squares counts cells from their corners, half a step before the first sample, and closes a ring that
-    /// meets the border half a step outside: brought back onto the border here.
-    fn in_odom_m(&self, point: [f64; 2]) -> [f64; 2] {
-        let last = (self.side - 1) as f64;
-        [0, 1].map(|axis| self.min_m[axis] + self.step_m * (point[axis] - 0.5).clamp(0.0, last))
     }
 
     fn max_m(&self) -> [f64; 2] {
