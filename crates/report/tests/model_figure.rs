@@ -1,5 +1,7 @@
 //! The picture of a model: what is drawn lies where it belongs.
 
+#![allow(clippy::unwrap_used)] // helpers of tests may panic as tests do
+
 use report::{ModelFigure, ModelSlice, model_figure_svg};
 
 const SIDE: usize = 81;
