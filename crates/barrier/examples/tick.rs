@@ -10,8 +10,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use barrier::{
-    BarrierObstacle, Bounds, CbfQp, CompositeBarrier, DynamicsKind, FORMAT_VERSION, GridRecord, Kernel,
-    LAYER_SIZES, LayerWeights, Model, ModelMetadata, NetworkWeights, TrainingRecord,
+    BarrierObstacle, Bounds, CbfQp, CompositeBarrier, DynamicsKind, FORMAT_VERSION, GridRecord,
+    InputEncoding, Kernel, LayerWeights, Model, ModelMetadata, NetworkWeights, TrainingRecord,
 };
 use dynamics::{InputBox, UnicyclePair};
 
@@ -61,7 +61,8 @@ fn person(index: usize) -> BarrierObstacle {
 
 /// Arithmetic takes as long whatever the parameters are.
 fn untrained_model(pair: &UnicyclePair) -> Result<Model, Box<dyn std::error::Error>> {
-    let layers = LAYER_SIZES
+    let layers = InputEncoding::Raw
+        .layer_sizes()
         .windows(2)
         .map(|sizes| LayerWeights {
             weight: (0..sizes[0] * sizes[1]).map(|k| ((k * 37 % 101) as f32 / 50.0 - 1.0) * 0.3).collect(),
@@ -71,6 +72,7 @@ fn untrained_model(pair: &UnicyclePair) -> Result<Model, Box<dyn std::error::Err
     let metadata = ModelMetadata {
         format_version: FORMAT_VERSION,
         dynamics: DynamicsKind::UnicyclePair,
+        encoding: InputEncoding::Raw,
         control: pair.control,
         disturbance: Bounds::from(&pair.disturbance),
         failure_radius_m: 0.7,
@@ -92,8 +94,9 @@ fn untrained_model(pair: &UnicyclePair) -> Result<Model, Box<dyn std::error::Err
             false_unsafe_share: 0.0,
             details: BTreeMap::new(),
         },
+        verification: BTreeMap::new(),
         value_sha256: String::new(),
         hash: String::new(),
     };
-    Ok(Model::new(NetworkWeights::new(layers)?, metadata)?)
+    Ok(Model::new(NetworkWeights::new(InputEncoding::Raw, layers)?, metadata)?)
 }

@@ -23,6 +23,7 @@
 mod composite;
 mod domain;
 mod elementary;
+mod encoding;
 mod failure;
 mod kernel;
 mod lanes;
@@ -44,6 +45,7 @@ pub use composite::{
     CompositeSetupError,
 };
 pub use domain::{DomainError, PlacedState, TrainedDomain};
+pub use encoding::{InputEncoding, LAYER_WIDTHS};
 pub use failure::FailureFunction;
 pub use kernel::{Kernel, KernelError};
 pub use metadata::{Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, ModelMetadata, TrainingRecord};
@@ -53,7 +55,7 @@ pub use network::{NetworkBatch, ResidualNetwork};
 pub use qp::{CbfQp, HalfSpace, QpError, QpSolution};
 pub use relative_barrier::{RelativeBarrier, RelativeObstacle, RelativeSample};
 pub use softmin::{softmin, softmin_weights};
-pub use weights::{LAYER_SIZES, LayerWeights, NetworkWeights, PARAMETER_COUNT, WeightsError};
+pub use weights::{LayerWeights, NetworkWeights, WeightsError};
 
 /// Most obstacles one evaluation takes; the capacity of the `obstacles` message.
 pub const MAX_OBSTACLES: usize = 64;

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use dynamics::InputBox;
 use serde::{Deserialize, Serialize};
 
+use crate::encoding::InputEncoding;
+
 /// Version of the metadata this crate reads and writes.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Where a model comes from and what it holds for; the JSON under the metadata key `cncbf`.
 ///
@@ -18,6 +20,8 @@ pub struct ModelMetadata {
     pub format_version: u32,
     /// Relative dynamics the value function was solved for.
     pub dynamics: DynamicsKind,
+    /// How the network takes the relative state.
+    pub encoding: InputEncoding,
     /// Box of the robot's control, units as the dynamics state.
     pub control: InputBox<2>,
     /// Box of the obstacle's disturbance, units as the dynamics state.
@@ -30,6 +34,9 @@ pub struct ModelMetadata {
     pub solver: BTreeMap<String, serde_json::Value>,
     /// How the network was fitted and how well.
     pub training: TrainingRecord,
+    /// What was verified about the model, by kind of check; [`crate::Model::with_verification`] writes it.
+    #[serde(default)]
+    pub verification: BTreeMap<String, serde_json::Value>,
     /// SHA-256 of the value file's values, hexadecimal; empty where there is none.
     pub value_sha256: String,
     /// SHA-256 over metadata and parameters, hexadecimal; set when a [`crate::Model`] is made.
@@ -45,6 +52,19 @@ pub enum DynamicsKind {
     UnicyclePair,
     /// [`dynamics::DoubleIntegratorPair`].
     DoubleIntegratorPair,
+    /// [`dynamics::UnicycleStaticPair`].
+    UnicycleStaticPair,
+}
+
+impl DynamicsKind {
+    /// Returns how many components the obstacle's disturbance has.
+    pub const fn disturbance_count(self) -> usize {
+        match self {
+            Self::UnicyclePair => 1,
+            Self::DoubleIntegratorPair => 2,
+            Self::UnicycleStaticPair => 0,
+        }
+    }
 }
 
 impl std::fmt::Display for DynamicsKind {
@@ -52,6 +72,7 @@ impl std::fmt::Display for DynamicsKind {
         f.write_str(match self {
             Self::UnicyclePair => "unicycle_pair",
             Self::DoubleIntegratorPair => "double_integrator_pair",
+            Self::UnicycleStaticPair => "unicycle_static_pair",
         })
     }
 }

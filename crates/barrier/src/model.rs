@@ -1,5 +1,7 @@
 //! A model in memory: parameters with the metadata they hold for. Not here: its bytes (`model_file`).
 
+use std::collections::BTreeMap;
+
 use dynamics::InputBox;
 
 use crate::domain::TrainedDomain;
@@ -80,6 +82,7 @@ impl Model {
     /// * [`ModelFileError::FormatVersion`], [`ModelFileError::MetadataValue`], [`ModelFileError::Domain`],
     ///   [`ModelFileError::Metadata`] for unusable metadata.
     pub fn new(weights: NetworkWeights, mut metadata: ModelMetadata) -> Result<Self, ModelFileError> {
+        check(&weights, &metadata)?;
         let text = sealed_text(&weights, &mut metadata)?;
         Self::from_sealed(weights, metadata, text)
     }
@@ -90,8 +93,19 @@ impl Model {
         metadata: ModelMetadata,
         text: String,
     ) -> Result<Self, ModelFileError> {
-        let domain = check(&metadata)?;
+        let domain = check(&weights, &metadata)?;
         Ok(Self { weights, metadata, domain, text })
+    }
+
+    /// Returns the same model with `verification` in its metadata in place of what stood there, under a new hash.
+    ///
+    /// # Errors
+    /// * [`ModelFileError::Metadata`] if a record has no JSON text.
+    pub fn with_verification(
+        &self,
+        verification: BTreeMap<String, serde_json::Value>,
+    ) -> Result<Self, ModelFileError> {
+        Self::new(self.weights.clone(), ModelMetadata { verification, ..self.metadata.clone() })
     }
 
     /// Returns the parameters.
@@ -149,7 +163,7 @@ fn close(a: &Bounds, b: &Bounds) -> bool {
 }
 
 /// Returns the trained domain of metadata that makes sense.
-fn check(metadata: &ModelMetadata) -> Result<TrainedDomain, ModelFileError> {
+fn check(weights: &NetworkWeights, metadata: &ModelMetadata) -> Result<TrainedDomain, ModelFileError> {
     if metadata.format_version != FORMAT_VERSION {
         let found = metadata.format_version;
         return Err(ModelFileError::FormatVersion { found, supported: FORMAT_VERSION });
@@ -159,10 +173,16 @@ fn check(metadata: &ModelMetadata) -> Result<TrainedDomain, ModelFileError> {
     if !(radius > 0.0 && radius.is_finite()) {
         return unusable("failure_radius_m", radius.to_string());
     }
-    let inputs = match metadata.dynamics {
-        DynamicsKind::UnicyclePair => 1,
-        DynamicsKind::DoubleIntegratorPair => 2,
-    };
+    if metadata.encoding != weights.encoding() {
+        return unusable(
+            "encoding",
+            format!("{}, the weights are for {}", metadata.encoding, weights.encoding()),
+        );
+    }
+    if !metadata.encoding.suits(metadata.dynamics) {
+        return unusable("encoding", format!("{} for {}", metadata.encoding, metadata.dynamics));
+    }
+    let inputs = metadata.dynamics.disturbance_count();
     let Bounds { min, max } = &metadata.disturbance;
     if min.len() != inputs || max.len() != inputs || !min.iter().zip(max).all(|(min, max)| min <= max) {
         return unusable("disturbance", format!("{min:?} to {max:?}, {inputs} component(s) needed"));

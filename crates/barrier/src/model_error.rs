@@ -18,7 +18,7 @@ pub enum ModelFileError {
     },
     /// Far more bytes than a model has.
     #[error(
-        "{bytes} bytes are no model of 4,837 parameters (limit {limit}); is this another network's file?"
+        "{bytes} bytes are no model of about 5,000 parameters (limit {limit}); is this another network's file?"
     )]
     TooLarge {
         /// Size found.
@@ -51,7 +51,9 @@ pub enum ModelFileError {
         reason: String,
     },
     /// Metadata of another version.
-    #[error("the model has format version {found}, this program reads {supported}; train it again or update")]
+    #[error(
+        "the model has format version {found}, this program reads {supported}; train it again with this version, or update"
+    )]
     FormatVersion {
         /// Version found.
         found: u32,
@@ -70,13 +72,13 @@ pub enum ModelFileError {
     #[error("the metadata field `grid` is not usable: {0}")]
     Domain(#[from] DomainError),
     /// A tensor is missing.
-    #[error("tensor `{name}` is missing; the file holds another network than 4-48-48-24-24-12-12-1")]
+    #[error("tensor `{name}` is missing; the file holds another network than the model's")]
     MissingTensor {
         /// Its name.
         name: String,
     },
     /// There are more tensors than the network has.
-    #[error("tensor `{name}` does not belong to the network 4-48-48-24-24-12-12-1; is this another model?")]
+    #[error("tensor `{name}` does not belong to a model's seven layers; is this another network?")]
     ExtraTensor {
         /// Its name.
         name: String,

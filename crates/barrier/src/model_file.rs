@@ -2,7 +2,7 @@
 //!
 //! | part | content |
 //! |---|---|
-//! | tensors `layers.0.weight` … `layers.6.weight` | `f32`, `[outputs, inputs]` |
+//! | tensors `layers.0.weight` … `layers.6.weight` | `f32`, `[outputs, inputs]`; the first has [`InputEncoding::input_count`] inputs |
 //! | tensors `layers.0.bias` … `layers.6.bias` | `f32`, `[outputs]` |
 //! | metadata key `cncbf` | [`ModelMetadata`] as compact JSON |
 //!
@@ -18,10 +18,11 @@ use std::path::Path;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView, serialize};
 use sha2::{Digest, Sha256};
 
-use crate::metadata::ModelMetadata;
+use crate::encoding::InputEncoding;
+use crate::metadata::{FORMAT_VERSION, ModelMetadata};
 use crate::model::Model;
 use crate::model_error::ModelFileError;
-use crate::weights::{LAYER_SIZES, LayerWeights, NetworkWeights};
+use crate::weights::{LayerWeights, NetworkWeights};
 
 /// Metadata key of this project.
 const KEY: &str = "cncbf";
@@ -54,9 +55,9 @@ impl Model {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, ModelFileError> {
         let (tensors, text) = open(bytes)?;
         let text = text.ok_or(ModelFileError::MissingMetadata)?;
-        let metadata: ModelMetadata = serde_json::from_str(&text)
-            .map_err(|error| ModelFileError::Metadata { reason: error.to_string() })?;
-        let weights = read_weights(&tensors)?;
+        check_version(&text)?;
+        let metadata: ModelMetadata = serde_json::from_str(&text).map_err(|error| unreadable(&error))?;
+        let weights = read_weights(&tensors, metadata.encoding)?;
         let stated = metadata.hash.clone();
         let unsealed = text.replacen(&hash_field(&stated), &hash_field(""), 1);
         let computed = digest(&unsealed, &weights);
@@ -74,7 +75,7 @@ impl Model {
     /// * As [`Model::from_bytes`] for tensors, as [`Model::new`] for the metadata given.
     pub fn from_published(bytes: &[u8], metadata: ModelMetadata) -> Result<Self, ModelFileError> {
         let (tensors, _) = open(bytes)?;
-        Self::new(read_weights(&tensors)?, metadata)
+        Self::new(read_weights(&tensors, metadata.encoding)?, metadata)
     }
 
     /// Returns the bytes of the model file; the same model gives the same bytes.
@@ -84,8 +85,9 @@ impl Model {
     pub fn to_bytes(&self) -> Result<Vec<u8>, ModelFileError> {
         let metadata = HashMap::from([(KEY.to_owned(), self.text().to_owned())]);
         let mut buffers = Vec::new();
+        let sizes = self.weights().encoding().layer_sizes();
         for (index, layer) in self.weights().layers().iter().enumerate() {
-            let (outputs, inputs) = (LAYER_SIZES[index + 1], LAYER_SIZES[index]);
+            let (outputs, inputs) = (sizes[index + 1], sizes[index]);
             buffers.push((format!("layers.{index}.weight"), vec![outputs, inputs], to_le(&layer.weight)));
             buffers.push((format!("layers.{index}.bias"), vec![outputs], to_le(&layer.bias)));
         }
@@ -116,10 +118,7 @@ pub(crate) fn sealed_text(
     weights: &NetworkWeights,
     metadata: &mut ModelMetadata,
 ) -> Result<String, ModelFileError> {
-    let text = |metadata: &ModelMetadata| {
-        serde_json::to_string(metadata)
-            .map_err(|error| ModelFileError::Metadata { reason: error.to_string() })
-    };
+    let text = |metadata: &ModelMetadata| serde_json::to_string(metadata).map_err(|error| unreadable(&error));
     metadata.hash = String::new();
     metadata.hash = digest(&text(metadata)?, weights);
     text(metadata)
@@ -162,14 +161,35 @@ fn open(bytes: &[u8]) -> Result<(SafeTensors<'_>, Option<String>), ModelFileErro
     Ok((SafeTensors::deserialize(bytes).map_err(read)?, text))
 }
 
+/// Looks at the version before anything else, so that an older file is told from a broken one.
+fn check_version(text: &str) -> Result<(), ModelFileError> {
+    #[derive(serde::Deserialize)]
+    struct Versioned {
+        format_version: u32,
+    }
+    let Versioned { format_version } = serde_json::from_str(text).map_err(|error| unreadable(&error))?;
+    if format_version == FORMAT_VERSION {
+        Ok(())
+    } else {
+        Err(ModelFileError::FormatVersion { found: format_version, supported: FORMAT_VERSION })
+    }
+}
+
+fn unreadable(error: &serde_json::Error) -> ModelFileError {
+    ModelFileError::Metadata { reason: error.to_string() }
+}
+
 fn foreign(error: &SafeTensorError) -> ModelFileError {
     ModelFileError::Foreign { reason: error.to_string() }
 }
 
-fn read_weights(tensors: &SafeTensors<'_>) -> Result<NetworkWeights, ModelFileError> {
+fn read_weights(
+    tensors: &SafeTensors<'_>,
+    encoding: InputEncoding,
+) -> Result<NetworkWeights, ModelFileError> {
     let mut names = Vec::new();
     let mut layers = Vec::new();
-    for (index, sizes) in LAYER_SIZES.windows(2).enumerate() {
+    for (index, sizes) in encoding.layer_sizes().windows(2).enumerate() {
         let (weight, bias) = (format!("layers.{index}.weight"), format!("layers.{index}.bias"));
         layers.push(LayerWeights {
             weight: read_tensor(tensors, &weight, &[sizes[1], sizes[0]])?,
@@ -179,7 +199,7 @@ fn read_weights(tensors: &SafeTensors<'_>) -> Result<NetworkWeights, ModelFileEr
     }
     match tensors.names().into_iter().find(|name| !names.iter().any(|known| known == name)) {
         Some(name) => Err(ModelFileError::ExtraTensor { name: name.to_owned() }),
-        None => Ok(NetworkWeights::new(layers)?),
+        None => Ok(NetworkWeights::new(encoding, layers)?),
     }
 }
 

@@ -12,9 +12,10 @@ use crate::weights::NetworkWeights;
 /// Groups of a full batch.
 const GROUPS: usize = MAX_OBSTACLES / LANES;
 
-/// The residual network of the paper, 4-48-48-24-24-12-12-1 with sines and a softplus output, in `f32`.
+/// The residual network of the paper, inputs-48-48-24-24-12-12-1 with sines and a softplus output, in `f32`.
 ///
-/// `r_Θ(z) ≥ 0` for every `z` by the softplus. Inputs are raw: metres, radians, metres per second.
+/// `r_Θ(z) ≥ 0` for every `z` by the softplus. The inputs follow from `z` (metres, radians, metres per second) by the
+/// weights' [`crate::InputEncoding`]; gradients are with respect to `z`.
 pub struct ResidualNetwork {
     weights: Box<PassWeights>,
     kernel: Kernel,

@@ -6,8 +6,9 @@
 #![allow(clippy::inline_always)] // see `lanes`
 
 use crate::elementary::{sin_cos, softplus_with_slope};
+use crate::encoding::{InputEncoding, LAYER_WIDTHS};
 use crate::lanes::{Group, Lanes};
-use crate::weights::{LAYER_SIZES, LayerWeights, NetworkWeights};
+use crate::weights::{LayerWeights, NetworkWeights};
 
 /// Groups that go through the network together at most.
 const MAX_WIDTH: usize = 3;
@@ -34,9 +35,27 @@ impl<const IN: usize, const OUT: usize> Layer<IN, OUT> {
     }
 }
 
+/// The first layer, by the inputs it takes.
+#[allow(clippy::large_enum_variant)] // one per model, and boxed with the other layers
+enum FirstLayer {
+    Raw(Layer<4, 48>),
+    HeadingCosSin(Layer<5, 48>),
+    Position(Layer<2, 48>),
+}
+
+impl FirstLayer {
+    fn new(encoding: InputEncoding, layer: &LayerWeights) -> Self {
+        match encoding {
+            InputEncoding::Raw => Self::Raw(Layer::new(layer)),
+            InputEncoding::HeadingCosSin => Self::HeadingCosSin(Layer::new(layer)),
+            InputEncoding::Position => Self::Position(Layer::new(layer)),
+        }
+    }
+}
+
 /// The parameters, laid out for the pass.
 pub(crate) struct PassWeights {
-    layer0: Layer<4, 48>,
+    layer0: FirstLayer,
     layer1: Layer<48, 48>,
     layer2: Layer<48, 24>,
     layer3: Layer<24, 24>,
@@ -49,7 +68,7 @@ impl PassWeights {
     pub(crate) fn new(weights: &NetworkWeights) -> Box<Self> {
         let layers = weights.layers();
         Box::new(Self {
-            layer0: Layer::new(&layers[0]),
+            layer0: FirstLayer::new(weights.encoding(), &layers[0]),
             layer1: Layer::new(&layers[1]),
             layer2: Layer::new(&layers[2]),
             layer3: Layer::new(&layers[3]),
@@ -62,6 +81,7 @@ impl PassWeights {
 
 /// Intermediate results, kept between calls so that none allocates.
 pub(crate) struct PassBuffers {
+    heading: Vec<Group>,
     cosines: Vec<Group>,
     front: Vec<Group>,
     back: Vec<Group>,
@@ -70,7 +90,7 @@ pub(crate) struct PassBuffers {
 impl PassBuffers {
     pub(crate) fn new() -> Self {
         let groups = |neurons| vec![Group::ZERO; neurons * MAX_WIDTH];
-        Self { cosines: groups(SINES), front: groups(WIDEST), back: groups(WIDEST) }
+        Self { heading: groups(2), cosines: groups(SINES), front: groups(WIDEST), back: groups(WIDEST) }
     }
 }
 
@@ -113,19 +133,43 @@ pub(crate) fn residuals<L: Lanes>(mut arguments: PassArguments<'_>) {
 #[inline(always)]
 fn pass<L: Lanes, const G: usize>(arguments: &mut PassArguments<'_>, first: usize) {
     let PassArguments { weights, buffers, states, residuals, gradients } = arguments;
-    let PassBuffers { cosines, front, back } = &mut **buffers;
+    let PassBuffers { heading, cosines, front, back } = &mut **buffers;
+    let heading = heading.as_chunks_mut::<G>().0.split_at_mut(2).0;
     let front = front.as_chunks_mut::<G>().0;
     let back = back.as_chunks_mut::<G>().0;
-    let (cos0, rest) = cosines.as_chunks_mut::<G>().0.split_at_mut(LAYER_SIZES[1]);
-    let (cos1, rest) = rest.split_at_mut(LAYER_SIZES[2]);
-    let (cos2, rest) = rest.split_at_mut(LAYER_SIZES[3]);
-    let (cos3, rest) = rest.split_at_mut(LAYER_SIZES[4]);
-    let (cos4, cos5) = rest.split_at_mut(LAYER_SIZES[5]);
+    let (cos0, rest) = cosines.as_chunks_mut::<G>().0.split_at_mut(LAYER_WIDTHS[0]);
+    let (cos1, rest) = rest.split_at_mut(LAYER_WIDTHS[1]);
+    let (cos2, rest) = rest.split_at_mut(LAYER_WIDTHS[2]);
+    let (cos3, rest) = rest.split_at_mut(LAYER_WIDTHS[3]);
+    let (cos4, cos5) = rest.split_at_mut(LAYER_WIDTHS[4]);
 
-    for component in 0..4 {
-        back[component].copy_from_slice(&states[component][first..first + G]);
+    let states = states.map(|component| &component[first..first + G]);
+    match &weights.layer0 {
+        FirstLayer::Raw(layer) => {
+            for component in 0..4 {
+                back[component].copy_from_slice(states[component]);
+            }
+            forward::<L, G, 4, 48>(layer, back, front, cos0);
+        }
+        FirstLayer::HeadingCosSin(layer) => {
+            for group in 0..G {
+                let (sin, cos) = sin_cos(L::load(&states[2][group]));
+                cos.store(&mut back[2][group]);
+                sin.store(&mut back[3][group]);
+            }
+            for (input, component) in [(0, 0), (1, 1), (4, 3)] {
+                back[input].copy_from_slice(states[component]);
+            }
+            heading.copy_from_slice(&back[2..4]);
+            forward::<L, G, 5, 48>(layer, back, front, cos0);
+        }
+        FirstLayer::Position(layer) => {
+            for component in 0..2 {
+                back[component].copy_from_slice(states[component]);
+            }
+            forward::<L, G, 2, 48>(layer, back, front, cos0);
+        }
     }
-    forward::<L, G, 4, 48>(&weights.layer0, back, front, cos0);
     forward::<L, G, 48, 48>(&weights.layer1, front, back, cos1);
     forward::<L, G, 48, 24>(&weights.layer2, back, front, cos2);
     forward::<L, G, 24, 24>(&weights.layer3, front, back, cos3);
@@ -150,9 +194,36 @@ fn pass<L: Lanes, const G: usize>(arguments: &mut PassArguments<'_>, first: usiz
     reverse::<L, G, 24, 24>(&weights.layer3, front, back, cos3);
     reverse::<L, G, 48, 24>(&weights.layer2, back, front, cos2);
     reverse::<L, G, 48, 48>(&weights.layer1, front, back, cos1);
-    reverse::<L, G, 4, 48>(&weights.layer0, back, front, cos0);
-    for component in 0..4 {
-        gradients[component][first..first + G].copy_from_slice(&front[component]);
+    let gradients = gradients.each_mut().map(|component| &mut component[first..first + G]);
+    match &weights.layer0 {
+        FirstLayer::Raw(layer) => {
+            reverse::<L, G, 4, 48>(layer, back, front, cos0);
+            for (component, gradient) in gradients.into_iter().enumerate() {
+                gradient.copy_from_slice(&front[component]);
+            }
+        }
+        FirstLayer::HeadingCosSin(layer) => {
+            reverse::<L, G, 5, 48>(layer, back, front, cos0);
+            let [by_x, by_y, by_heading, by_speed] = gradients;
+            by_x.copy_from_slice(&front[0]);
+            by_y.copy_from_slice(&front[1]);
+            by_speed.copy_from_slice(&front[4]);
+            // ∂r/∂z₃ = cos z₃ · ∂r/∂(sin z₃) − sin z₃ · ∂r/∂(cos z₃)
+            for group in 0..G {
+                let (cos, sin) = (L::load(&heading[0][group]), L::load(&heading[1][group]));
+                let by_cos = sin.mul(L::load(&front[2][group]));
+                let by_sin = cos.mul(L::load(&front[3][group]));
+                by_sin.sub(by_cos).store(&mut by_heading[group]);
+            }
+        }
+        FirstLayer::Position(layer) => {
+            reverse::<L, G, 2, 48>(layer, back, front, cos0);
+            let [by_x, by_y, by_heading, by_speed] = gradients;
+            by_x.copy_from_slice(&front[0]);
+            by_y.copy_from_slice(&front[1]);
+            by_heading.fill(Group::ZERO);
+            by_speed.fill(Group::ZERO);
+        }
     }
 }
 
@@ -200,8 +271,11 @@ fn product<L: Lanes, const G: usize, const K: usize, const N: usize>(
 ) {
     if L::MANY_REGISTERS && G == 1 && N.is_multiple_of(12) {
         product_in_blocks::<L, G, 12, K, N>(matrix, start, x, y);
-    } else {
+    } else if N.is_multiple_of(4) {
         product_in_blocks::<L, G, 4, K, N>(matrix, start, x, y);
+    } else {
+        // The two or five inputs of another encoding than the paper's.
+        product_in_blocks::<L, G, N, K, N>(matrix, start, x, y);
     }
 }
 

@@ -1,11 +1,7 @@
 //! The parameters of the residual network as plain numbers. Not here: files (`model_file`), evaluation
 //! (`network`).
 
-/// Neurons per layer: four relative states in, one residual out.
-pub const LAYER_SIZES: [usize; 8] = [4, 48, 48, 24, 24, 12, 12, 1];
-
-/// Number of parameters, weights and biases together.
-pub const PARAMETER_COUNT: usize = 4_837;
+use crate::encoding::{InputEncoding, LAYER_WIDTHS};
 
 /// One affine layer `y = W a + b`.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,9 +12,10 @@ pub struct LayerWeights {
     pub bias: Vec<f32>,
 }
 
-/// Parameters `Θ` of the residual network, checked: seven layers of [`LAYER_SIZES`], all finite.
+/// Parameters `Θ` of the residual network, checked: seven layers of [`InputEncoding::layer_sizes`], all finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NetworkWeights {
+    encoding: InputEncoding,
     layers: Vec<LayerWeights>,
 }
 
@@ -34,11 +31,15 @@ pub enum WeightsError {
     /// A layer of another size.
     #[error(
         "layer {layer} needs {weights} weights and {biases} biases, found {found_weights} and \
-         {found_biases}; the sizes are 4-48-48-24-24-12-12-1"
+         {found_biases}; inputs `{encoding}` make it {inputs}-48-48-24-24-12-12-1"
     )]
     LayerSize {
         /// Index of the layer.
         layer: usize,
+        /// The inputs' encoding.
+        encoding: InputEncoding,
+        /// Number of inputs it has.
+        inputs: usize,
         /// Weights needed.
         weights: usize,
         /// Biases needed.
@@ -57,26 +58,40 @@ pub enum WeightsError {
 }
 
 impl NetworkWeights {
-    /// Checks and takes the seven layers, input side first.
+    /// Checks and takes the seven layers of a network on inputs of `encoding`, input side first.
     ///
     /// # Errors
     /// * [`WeightsError::LayerCount`], [`WeightsError::LayerSize`] for another architecture.
     /// * [`WeightsError::NonFinite`] for a NaN or an infinity.
-    pub fn new(layers: Vec<LayerWeights>) -> Result<Self, WeightsError> {
-        if layers.len() != LAYER_SIZES.len() - 1 {
+    pub fn new(encoding: InputEncoding, layers: Vec<LayerWeights>) -> Result<Self, WeightsError> {
+        if layers.len() != LAYER_WIDTHS.len() {
             return Err(WeightsError::LayerCount { found: layers.len() });
         }
-        for (layer, (given, sizes)) in layers.iter().zip(LAYER_SIZES.windows(2)).enumerate() {
+        for (layer, (given, sizes)) in layers.iter().zip(encoding.layer_sizes().windows(2)).enumerate() {
             let (weights, biases) = (sizes[0] * sizes[1], sizes[1]);
             let (found_weights, found_biases) = (given.weight.len(), given.bias.len());
             if (found_weights, found_biases) != (weights, biases) {
-                return Err(WeightsError::LayerSize { layer, weights, biases, found_weights, found_biases });
+                let inputs = encoding.input_count();
+                return Err(WeightsError::LayerSize {
+                    layer,
+                    encoding,
+                    inputs,
+                    weights,
+                    biases,
+                    found_weights,
+                    found_biases,
+                });
             }
             if !given.weight.iter().chain(&given.bias).all(|parameter| parameter.is_finite()) {
                 return Err(WeightsError::NonFinite { layer });
             }
         }
-        Ok(Self { layers })
+        Ok(Self { encoding, layers })
+    }
+
+    /// Returns how a relative state becomes the first layer's inputs.
+    pub fn encoding(&self) -> InputEncoding {
+        self.encoding
     }
 
     /// Returns the seven layers, input side first.
@@ -89,38 +104,42 @@ impl NetworkWeights {
 mod tests {
     use super::*;
 
+    use InputEncoding::Raw;
+
     fn zero_layers() -> Vec<LayerWeights> {
-        LAYER_SIZES
+        Raw.layer_sizes()
             .windows(2)
             .map(|s| LayerWeights { weight: vec![0.0; s[0] * s[1]], bias: vec![0.0; s[1]] })
             .collect()
     }
 
     #[test]
-    fn the_sizes_give_the_parameter_count_of_the_paper() {
-        let count: usize = zero_layers().iter().map(|l| l.weight.len() + l.bias.len()).sum();
-        assert_eq!(count, PARAMETER_COUNT);
-        assert!(NetworkWeights::new(zero_layers()).is_ok());
+    fn layers_fit_one_encoding_only() {
+        assert!(NetworkWeights::new(Raw, zero_layers()).is_ok());
+        for encoding in [InputEncoding::HeadingCosSin, InputEncoding::Position] {
+            let refused = NetworkWeights::new(encoding, zero_layers());
+            assert!(matches!(refused, Err(WeightsError::LayerSize { layer: 0, .. })), "{encoding}");
+        }
     }
 
     #[test]
     fn one_layer_too_few_is_refused() {
         let mut layers = zero_layers();
         layers.pop();
-        assert_eq!(NetworkWeights::new(layers), Err(WeightsError::LayerCount { found: 6 }));
+        assert_eq!(NetworkWeights::new(Raw, layers), Err(WeightsError::LayerCount { found: 6 }));
     }
 
     #[test]
     fn one_weight_too_many_is_refused() {
         let mut layers = zero_layers();
         layers[3].weight.push(0.0);
-        assert!(matches!(NetworkWeights::new(layers), Err(WeightsError::LayerSize { layer: 3, .. })));
+        assert!(matches!(NetworkWeights::new(Raw, layers), Err(WeightsError::LayerSize { layer: 3, .. })));
     }
 
     #[test]
     fn a_nan_bias_is_refused() {
         let mut layers = zero_layers();
         layers[5].bias[2] = f32::NAN;
-        assert_eq!(NetworkWeights::new(layers), Err(WeightsError::NonFinite { layer: 5 }));
+        assert_eq!(NetworkWeights::new(Raw, layers), Err(WeightsError::NonFinite { layer: 5 }));
     }
 }

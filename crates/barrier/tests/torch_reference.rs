@@ -3,7 +3,7 @@
 
 mod common;
 
-use barrier::{Kernel, Model, ModelFileError, NetworkBatch, ResidualNetwork};
+use barrier::{InputEncoding, Kernel, Model, ModelFileError, NetworkBatch, ResidualNetwork};
 use safetensors::SafeTensors;
 
 fn stored() -> Vec<u8> {
@@ -31,7 +31,7 @@ fn values_and_gradients_agree_with_torch_to_1e_4() {
             bias: f32s(&tensors, &format!("layers.{index}.bias")),
         })
         .collect();
-    let weights = barrier::NetworkWeights::new(layers).unwrap();
+    let weights = barrier::NetworkWeights::new(InputEncoding::Raw, layers).unwrap();
     let (inputs, residuals) = (f32s(&tensors, "inputs"), f64s(&tensors, "residual"));
     let gradients = f64s(&tensors, "gradient");
     assert_eq!(residuals.len(), 200);

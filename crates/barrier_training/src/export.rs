@@ -7,8 +7,8 @@ use crate::network::{LAYERS, WIDTHS, bias_offset, offset};
 use crate::recipe::Recipe;
 use crate::report::TrainedModel;
 use barrier::{
-    Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, LayerWeights, Model, ModelFileError, ModelMetadata,
-    NetworkWeights, TrainingRecord, WeightsError,
+    Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, InputEncoding, LayerWeights, Model, ModelFileError,
+    ModelMetadata, NetworkWeights, TrainingRecord, WeightsError,
 };
 use dynamics::{InputBox, InputBoxError};
 use reachability::ValueFunction;
@@ -71,6 +71,7 @@ pub fn to_model(
     let metadata = ModelMetadata {
         format_version: FORMAT_VERSION,
         dynamics,
+        encoding: InputEncoding::Raw,
         control: InputBox::new(components(&problem.control.min)?, components(&problem.control.max)?)?,
         disturbance: Bounds { min: problem.disturbance.min.clone(), max: problem.disturbance.max.clone() },
         failure_radius_m: problem.failure_radius_m,
@@ -82,6 +83,7 @@ pub fn to_model(
         },
         solver,
         training: training_record(trained, settings, recipe)?,
+        verification: BTreeMap::new(),
         value_sha256: source.value_sha256.clone(),
         hash: String::new(),
     };
@@ -123,7 +125,7 @@ fn weights(parameters: &[f32]) -> Result<NetworkWeights, WeightsError> {
         weight: parameters[offset(layer)..bias_offset(layer)].to_vec(),
         bias: parameters[bias_offset(layer)..][..WIDTHS[layer + 1]].to_vec(),
     });
-    NetworkWeights::new(layers.collect())
+    NetworkWeights::new(InputEncoding::Raw, layers.collect())
 }
 
 /// The flat parameters of a model, layout of [`crate::network`].

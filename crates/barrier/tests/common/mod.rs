@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use barrier::{
-    BarrierObstacle, Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, LAYER_SIZES, LayerWeights, Model,
+    BarrierObstacle, Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, InputEncoding, LayerWeights, Model,
     ModelMetadata, NetworkWeights, TrainingRecord,
 };
 use dynamics::{DoubleIntegratorPair, InputBox, RobotObstaclePair, UnicyclePair};
@@ -19,8 +19,14 @@ pub(crate) fn rng(seed: u64) -> Pcg64 {
 
 /// Weights uniform in `± scale/√inputs`; scale 3 gives gradients as large as a trained model's.
 pub(crate) fn random_weights(seed: u64, scale: f32) -> NetworkWeights {
+    random_encoded_weights(InputEncoding::Raw, seed, scale)
+}
+
+/// As [`random_weights`], for inputs of `encoding`.
+pub(crate) fn random_encoded_weights(encoding: InputEncoding, seed: u64, scale: f32) -> NetworkWeights {
     let mut rng = rng(seed);
-    let layers = LAYER_SIZES
+    let layers = encoding
+        .layer_sizes()
         .windows(2)
         .map(|sizes| {
             let bound = scale / (sizes[0] as f32).sqrt();
@@ -28,7 +34,7 @@ pub(crate) fn random_weights(seed: u64, scale: f32) -> NetworkWeights {
             LayerWeights { weight: numbers(sizes[0] * sizes[1]), bias: numbers(sizes[1]) }
         })
         .collect();
-    NetworkWeights::new(layers).unwrap()
+    NetworkWeights::new(encoding, layers).unwrap()
 }
 
 /// The ground robot of the paper, trained on ±6 m.
@@ -37,6 +43,7 @@ pub(crate) fn ground_robot_metadata() -> ModelMetadata {
     ModelMetadata {
         format_version: FORMAT_VERSION,
         dynamics: DynamicsKind::UnicyclePair,
+        encoding: InputEncoding::Raw,
         control: pair.control,
         disturbance: Bounds::from(&pair.disturbance),
         failure_radius_m: 0.7,
@@ -48,6 +55,7 @@ pub(crate) fn ground_robot_metadata() -> ModelMetadata {
         },
         solver: BTreeMap::from([("cfl".to_owned(), 0.75.into())]),
         training: no_training(),
+        verification: BTreeMap::new(),
         value_sha256: String::new(),
         hash: String::new(),
     }
@@ -123,7 +131,7 @@ pub(crate) fn people(rng: &mut Pcg64, count: usize, reach_m: f64) -> Vec<Barrier
 
 /// The residual in `f64`, one multiplication after the other.
 pub(crate) fn reference_residual(weights: &NetworkWeights, z: &[f64; 4]) -> f64 {
-    let mut a = z.to_vec();
+    let mut a = weights.encoding().encode(z)[..weights.encoding().input_count()].to_vec();
     for (index, layer) in weights.layers().iter().enumerate() {
         let y = layer.bias.iter().enumerate().map(|(output, &bias)| {
             let row = &layer.weight[output * a.len()..(output + 1) * a.len()];
