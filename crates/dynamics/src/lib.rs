@@ -1,8 +1,8 @@
 //! Robot, obstacle and relative dynamics, affine in the inputs of the robot and of the obstacle.
 //!
 //! Here live the two pairs of the paper (unicycle robot with a unicycle pedestrian, double-integrator
-//! robot with a double-integrator obstacle), the boxes their inputs stay in, and the Hamiltonian that
-//! follows from both. Not here: integration in time (`crowd_sim`), grids (`reachability`) and anything
+//! robot with a double-integrator obstacle), the unicycle among things that stand still, the boxes their
+//! inputs stay in, and the Hamiltonian that follows from both. Not here: integration in time (`crowd_sim`), grids (`reachability`) and anything
 //! learned (`barrier`).
 //!
 //! | trait | answers |
@@ -16,6 +16,7 @@ mod input_box;
 mod relative;
 mod robot_obstacle;
 mod unicycle;
+mod unicycle_static;
 
 pub use angle::wrap_angle;
 pub use double_integrator::DoubleIntegratorPair;
@@ -23,3 +24,4 @@ pub use input_box::{InputBox, InputBoxError};
 pub use relative::RelativeDynamics;
 pub use robot_obstacle::RobotObstaclePair;
 pub use unicycle::UnicyclePair;
+pub use unicycle_static::UnicycleStaticPair;

@@ -4,6 +4,8 @@
 //! in f64, and kept in f32. Most are zero or depend on a few axes only; storing those as such saves
 //! both memory and the time to stream it.
 
+use crate::dissipation::rate_bounds;
+use crate::stencil::plane_axes;
 use crate::{Dissipation, Grid, SolveError};
 use dynamics::{InputBox, RelativeDynamics};
 use rayon::prelude::*;
@@ -87,24 +89,17 @@ impl<const N: usize, const NU: usize, const ND: usize> Coefficients<N, NU, ND> {
         dissipation: Dissipation,
     ) -> Result<Self, SolveError> {
         let (u_box, d_box) = (*dynamics.control_box(), *dynamics.disturbance_box());
-        let bound = |z: &[f64; N], i: usize| {
-            let rate = Rate {
-                drift: dynamics.drift(z)[i],
-                control: dynamics.control_jacobian(z)[i],
-                disturbance: dynamics.disturbance_jacobian(z)[i],
-            };
-            rate.bound(&u_box, &d_box, dissipation)
-        };
+        let bounds = |z: &[f64; N]| rate_bounds(dynamics, z, dissipation);
         let spacing = grid.axes().map(|a| a.spacing());
         let largest_rate_per_s = (0..grid.node_count())
             .into_par_iter()
             .map(|node| {
-                let z = grid.state(node);
-                (0..N).map(|i| bound(&z, i) / spacing[i]).sum()
+                let bounds = bounds(&grid.state(node));
+                (0..N).map(|i| bounds[i] / spacing[i]).sum()
             })
             .reduce(|| 0.0, f64::max);
 
-        let plane_len = grid.axes()[N - 2].count * grid.axes()[N - 1].count;
+        let plane_len = grid.axes()[N - plane_axes(N)..].iter().map(|axis| axis.count).product();
         let mut finite = true;
         let mut tabulate = |coefficient: &(dyn Fn(&[f64; N]) -> f64 + Sync)| {
             let values: Vec<f32> = (0..grid.node_count())
@@ -122,38 +117,12 @@ impl<const N: usize, const NU: usize, const ND: usize> Coefficients<N, NU, ND> {
             disturbance: std::array::from_fn(|i| {
                 std::array::from_fn(|j| tabulate(&|z| dynamics.disturbance_jacobian(z)[i][j]))
             }),
-            dissipation: std::array::from_fn(|i| tabulate(&|z| bound(z, i))),
+            dissipation: std::array::from_fn(|i| tabulate(&|z| bounds(z)[i])),
             control_limits: limits(&u_box),
             disturbance_limits: limits(&d_box),
             largest_rate_per_s,
         };
         if finite { Ok(table) } else { Err(SolveError::NonFiniteDynamics) }
-    }
-}
-
-/// One component of `ż` as a function of the inputs.
-struct Rate<const NU: usize, const ND: usize> {
-    drift: f64,
-    control: [f64; NU],
-    disturbance: [f64; ND],
-}
-
-impl<const NU: usize, const ND: usize> Rate<NU, ND> {
-    fn bound(&self, u: &InputBox<NU>, d: &InputBox<ND>, dissipation: Dissipation) -> f64 {
-        let inputs = || {
-            let control = (0..NU).map(|j| (self.control[j], u.min[j], u.max[j]));
-            control.chain((0..ND).map(|j| (self.disturbance[j], d.min[j], d.max[j])))
-        };
-        match dissipation {
-            Dissipation::BoxMagnitude => {
-                self.drift.abs() + inputs().map(|(g, lo, hi)| g.abs() * lo.abs().max(hi.abs())).sum::<f64>()
-            }
-            Dissipation::ReachableSpeed => {
-                let highest = self.drift + inputs().map(|(g, lo, hi)| (g * lo).max(g * hi)).sum::<f64>();
-                let lowest = self.drift + inputs().map(|(g, lo, hi)| (g * lo).min(g * hi)).sum::<f64>();
-                highest.abs().max(lowest.abs())
-            }
-        }
     }
 }
 

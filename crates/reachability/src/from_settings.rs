@@ -5,8 +5,10 @@ use crate::{
     Axis, Convergence, Dissipation, Grid, GridError, ProblemDescription, Progress, SolveError,
     SolverSettings, TimeIntegrator, TubeForm, UpwindScheme, ValueFunction, disc_failure_function, solve,
 };
-use dynamics::{DoubleIntegratorPair, InputBox, InputBoxError, RelativeDynamics, UnicyclePair};
-use settings::{Accuracy, Formulation, GridSettings, ObstacleSettings, RobotKind, Settings};
+use dynamics::{
+    DoubleIntegratorPair, InputBox, InputBoxError, RelativeDynamics, UnicyclePair, UnicycleStaticPair,
+};
+use settings::{Accuracy, Formulation, GridSettings, ObstacleMotion, RobotKind, Settings, TrainingGame};
 use std::ops::ControlFlow;
 
 /// Share of each moving axis, at either end, where the extrapolated boundary spoils `max |ΔV|`: on the
@@ -30,12 +32,14 @@ impl From<&settings::SolverSettings> for SolverSettings {
     fn from(settings: &settings::SolverSettings) -> Self {
         let (upwind, integrator) = match settings.accuracy {
             Accuracy::Low => (UpwindScheme::FirstOrder, TimeIntegrator::Euler),
+            Accuracy::Medium => (UpwindScheme::Eno2, TimeIntegrator::TvdRk2),
             Accuracy::High => (UpwindScheme::Weno3, TimeIntegrator::TvdRk3),
+            Accuracy::VeryHigh => (UpwindScheme::Weno5, TimeIntegrator::TvdRk3),
         };
         Self {
             upwind,
             integrator,
-            dissipation: Dissipation::ReachableSpeed,
+            dissipation: Dissipation::OptimalPlay,
             tube: match settings.formulation {
                 Formulation::Variational => TubeForm::Variational,
                 Formulation::Freezing => TubeForm::Freezing,
@@ -63,6 +67,11 @@ pub enum SettingsSolveError {
     /// The obstacle's limits do not fit the robot's kind.
     #[error("`obstacle.disturbance_min` and `disturbance_max` do not fit this kind of robot: {0}")]
     Disturbance(InputBoxError),
+    /// Only a unicycle has a pair for obstacles that stand still.
+    #[error(
+        "`obstacle.motion = \"static\"` needs `robot.kind = \"unicycle\"`; set it to \"walking\" for a double integrator"
+    )]
+    StaticForDoubleIntegrator,
     /// The robot's limits are no box.
     #[error("`robot.control_min` and `control_max`: {0}")]
     Control(InputBoxError),
@@ -76,7 +85,8 @@ pub enum SettingsSolveError {
 
 /// Solves the pairwise game that `settings` describe; what `cncbf solve` calls.
 ///
-/// The failure radius is the robot's plus the default obstacle's, without buffer
+/// The inputs are those of [`Settings::training_game`], so with slack the result belongs to a stricter game than the true
+/// one, and says so in its description. The failure radius is the robot's plus the default obstacle's, without buffer
 /// ([`Settings::failure_radius_m`]); the rest as in [`solve`].
 ///
 /// # Errors
@@ -85,15 +95,23 @@ pub fn solve_settings(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<ValueFunction, SettingsSolveError> {
-    let (robot, obstacle) = (&settings.robot, &settings.obstacle);
-    let control = InputBox::new(robot.control_min, robot.control_max).map_err(SettingsSolveError::Control)?;
-    match robot.kind {
-        RobotKind::Unicycle => {
-            let pair = UnicyclePair { control, disturbance: disturbance_box(obstacle)? };
+    let game = settings.training_game();
+    let control = InputBox::new(game.control_min, game.control_max).map_err(SettingsSolveError::Control)?;
+    match (settings.robot.kind, settings.obstacle.motion) {
+        (RobotKind::Unicycle, ObstacleMotion::Walking) => {
+            let pair = UnicyclePair { control, disturbance: disturbance_box(&game)? };
             solve_pair("unicycle_pair", &pair, settings, progress)
         }
-        RobotKind::DoubleIntegrator => {
-            let pair = DoubleIntegratorPair { control, disturbance: disturbance_box(obstacle)? };
+        (RobotKind::Unicycle, ObstacleMotion::Static) => {
+            // Refuses inputs for an obstacle that has none.
+            disturbance_box::<0>(&game)?;
+            solve_pair("unicycle_static_pair", &UnicycleStaticPair { control }, settings, progress)
+        }
+        (RobotKind::DoubleIntegrator, ObstacleMotion::Static) => {
+            Err(SettingsSolveError::StaticForDoubleIntegrator)
+        }
+        (RobotKind::DoubleIntegrator, ObstacleMotion::Walking) => {
+            let pair = DoubleIntegratorPair { control, disturbance: disturbance_box(&game)? };
             solve_pair("double_integrator_pair", &pair, settings, progress)
         }
     }
@@ -123,12 +141,12 @@ fn solve_pair<const NU: usize, const ND: usize>(
     Ok(ValueFunction::new(solution, problem))
 }
 
-fn disturbance_box<const ND: usize>(obstacle: &ObstacleSettings) -> Result<InputBox<ND>, SettingsSolveError> {
+fn disturbance_box<const ND: usize>(game: &TrainingGame) -> Result<InputBox<ND>, SettingsSolveError> {
     let ends = |ends: &[f64]| {
         <[f64; ND]>::try_from(ends)
             .map_err(|_| InputBoxError::WrongLength { expected: ND, given: ends.len() })
     };
-    ends(&obstacle.disturbance_min)
-        .and_then(|min| InputBox::new(min, ends(&obstacle.disturbance_max)?))
+    ends(&game.disturbance_min)
+        .and_then(|min| InputBox::new(min, ends(&game.disturbance_max)?))
         .map_err(SettingsSolveError::Disturbance)
 }

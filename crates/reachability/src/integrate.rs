@@ -28,7 +28,7 @@ impl<const N: usize, const NU: usize, const ND: usize> Stepper<N, NU, ND> {
     pub(crate) fn new(operator: Operator<N, NU, ND>, integrator: TimeIntegrator, nodes: usize) -> Self {
         let second = match integrator {
             TimeIntegrator::Euler => Vec::new(),
-            TimeIntegrator::TvdRk3 => vec![0.0; nodes],
+            TimeIntegrator::TvdRk2 | TimeIntegrator::TvdRk3 => vec![0.0; nodes],
         };
         Self { operator, integrator, arch: Arch::new(), first: vec![0.0; nodes], second }
     }
@@ -40,6 +40,14 @@ impl<const N: usize, const NU: usize, const ND: usize> Stepper<N, NU, ND> {
         let mut first = std::mem::take(&mut self.first);
         match self.integrator {
             TimeIntegrator::Euler => self.evaluate(values, values, step, whole, ceiling, &mut first),
+            TimeIntegrator::TvdRk2 => {
+                let mut second = std::mem::take(&mut self.second);
+                let half = Stage { keep: 0.5, blend: 0.5 };
+                self.evaluate(values, values, step, whole, None, &mut first);
+                self.evaluate(values, &first, step, half, ceiling, &mut second);
+                std::mem::swap(&mut first, &mut second);
+                self.second = second;
+            }
             TimeIntegrator::TvdRk3 => {
                 let mut second = std::mem::take(&mut self.second);
                 let quarter = Stage { keep: 0.75, blend: 0.25 };

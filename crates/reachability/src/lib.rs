@@ -14,6 +14,7 @@
 #![allow(clippy::inline_always)]
 
 mod coefficients;
+mod dissipation;
 mod failure;
 mod from_settings;
 mod grid;

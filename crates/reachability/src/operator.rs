@@ -4,7 +4,7 @@
 //! and `α_i ≥ |∂H/∂p_i|`. The sign of the dissipation belongs to a value that runs backward in time.
 
 use crate::coefficients::{Coefficients, OnPlane};
-use crate::stencil::{GhostBuffers, PlaneLayout};
+use crate::stencil::{GhostBuffers, PlaneLayout, plane_axes};
 use crate::upwind::derivatives;
 use crate::{Grid, TubeForm, UpwindScheme};
 
@@ -130,7 +130,7 @@ impl<const N: usize, const NU: usize, const ND: usize> Operator<N, NU, ND> {
         let centre = &values[plane * len..][..len];
         let Scratch { ghosts, left, right, wide_left, wide_right, .. } = scratch;
         if axis + 1 < N {
-            let stencil = if axis + 2 < N {
+            let stencil = if axis + plane_axes(N) < N {
                 self.layout.along_leading(values, plane, axis, ghosts)
             } else {
                 self.layout.along_last_but_one(centre, ghosts)

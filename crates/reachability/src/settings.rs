@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 pub enum UpwindScheme {
     /// First differences: monotone, smears kinks over many nodes.
     FirstOrder,
+    /// Essentially non-oscillatory, second order: the smoother of two parabolas.
+    Eno2,
     /// Weighted essentially non-oscillatory, third order where smooth (the paper's choice).
     Weno3,
     /// The same at fifth order.
@@ -19,7 +21,7 @@ impl UpwindScheme {
     pub(crate) fn radius(self) -> usize {
         match self {
             Self::FirstOrder => 1,
-            Self::Weno3 => 2,
+            Self::Eno2 | Self::Weno3 => 2,
             Self::Weno5 => 3,
         }
     }
@@ -31,11 +33,13 @@ impl UpwindScheme {
 pub enum TimeIntegrator {
     /// One evaluation, first order.
     Euler,
+    /// Two evaluations, total-variation-diminishing Runge–Kutta of second order (Heun).
+    TvdRk2,
     /// Three evaluations, total-variation-diminishing Runge–Kutta of third order (Shu and Osher).
     TvdRk3,
 }
 
-/// Which bound on `|∂H/∂p_i|` scales the Lax–Friedrichs dissipation and the time step. Both are local.
+/// Which bound on `|∂H/∂p_i|` scales the Lax–Friedrichs dissipation and the time step. All are local.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Dissipation {
@@ -43,6 +47,9 @@ pub enum Dissipation {
     BoxMagnitude,
     /// `max_{u,d} |f_i + (G_u u)_i + (G_d d)_i|`: never larger, hence less smearing and longer steps.
     ReachableSpeed,
+    /// `max_p |f_i + (G_u u*(p))_i + (G_d d*(p))_i|`, with the inputs that are optimal for one costate: never larger
+    /// again, since robot and obstacle then work against each other wherever they push along the same direction.
+    OptimalPlay,
 }
 
 /// How the obstacle problem `min{∂V/∂t + H, ℓ − V} = 0` is kept.

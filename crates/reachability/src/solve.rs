@@ -100,8 +100,7 @@ pub fn memory_needed_at_most_bytes<const N: usize>(grid: &Grid<N>, inputs: usize
 /// collision within the horizon reached. `∇V` is in m per state unit.
 ///
 /// Numbers are f32 throughout, except the tabulation of the dynamics, the step size and the time (f64). The
-/// result is the same for every number of threads and every vector width. Work is divided over the axes
-/// before the last two, so a two-dimensional grid uses one core.
+/// result is the same for every number of threads and every vector width.
 ///
 /// `progress` runs after every time step and may stop the solve.
 ///

@@ -1,11 +1,17 @@
 //! Neighbours of whole planes of nodes, ghost nodes included.
 //!
-//! A *plane* is the block of nodes that share their indices on all but the last two axes; it is
-//! contiguous in storage. Along an earlier axis the neighbours of a plane are other planes; along the
-//! last two the plane is copied into a wider one with ghost nodes around it.
+//! A *plane* is the block of nodes that share their indices on all but the last two axes, or on a
+//! two-dimensional grid on all but the last one, so that there are planes to share out among cores. It is
+//! contiguous in storage. Along an axis before the plane's the neighbours of a plane are other planes; along
+//! the plane's own it is copied into a wider one with ghost nodes around it.
 
 use crate::upwind::{CENTRE, Stencil};
 use crate::{Axis, Grid};
+
+/// Returns how many of the last axes of an `axes`-dimensional grid a plane spans.
+pub(crate) const fn plane_axes(axes: usize) -> usize {
+    if axes > 2 { 2 } else { 1 }
+}
 
 /// Where a plane lies and how its neighbours are found.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +35,12 @@ impl<const N: usize> PlaneLayout<N> {
 
     /// Returns the number of nodes of a plane.
     pub(crate) fn plane_len(&self) -> usize {
-        self.axes[N - 2].count * self.axes[N - 1].count
+        self.rows() * self.axes[N - 1].count
+    }
+
+    /// Returns the number of rows, along the last axis, of a plane.
+    fn rows(&self) -> usize {
+        self.axes[N - plane_axes(N)..N - 1].iter().map(|axis| axis.count).product()
     }
 
     /// Returns the width of a row padded along the last axis.
@@ -39,18 +50,18 @@ impl<const N: usize> PlaneLayout<N> {
 
     /// Returns how many nodes [`Self::along_last`] lets the derivatives run over.
     pub(crate) fn padded_run(&self) -> usize {
-        self.axes[N - 2].count * self.padded_row() - 2 * self.radius
+        self.rows() * self.padded_row() - 2 * self.radius
     }
 
     pub(crate) fn buffers(&self) -> GhostBuffers {
-        let longest = (self.axes[N - 2].count + 2 * self.radius) * self.padded_row();
+        let longest = (self.rows() + 2 * self.radius) * self.padded_row();
         GhostBuffers {
             planes: std::array::from_fn(|_| vec![0.0; self.plane_len()]),
             padded: vec![0.0; longest],
         }
     }
 
-    /// Returns the neighbouring planes of `plane` along `axis < N − 2`.
+    /// Returns the neighbouring planes of `plane` along an `axis` before the plane's own.
     #[inline(always)]
     pub(crate) fn along_leading<'a>(
         &self,
@@ -94,7 +105,7 @@ impl<const N: usize> PlaneLayout<N> {
         stencil
     }
 
-    /// Returns the neighbours of the plane `centre` along the last axis but one.
+    /// Returns the neighbours of the plane `centre` along the last axis but one, where that is the plane's own.
     #[inline(always)]
     pub(crate) fn along_last_but_one<'a>(&self, centre: &[f32], ghosts: &'a mut GhostBuffers) -> Stencil<'a> {
         let (r, len) = (self.radius, self.plane_len());

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not recognise as such
 
-use reachability::{Outcome, SettingsSolveError, TubeForm, UpwindScheme, solve_settings};
-use settings::{RobotKind, Settings};
+use reachability::{Outcome, SettingsSolveError, TimeIntegrator, TubeForm, UpwindScheme, solve_settings};
+use settings::{Accuracy, ObstacleMotion, RobotKind, Settings, SlackSettings};
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -54,4 +54,53 @@ fn what_the_file_lacks_is_named() {
     settings.offline = None;
     let error = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
     assert!(error.to_string().contains("`offline`"), "{error}");
+}
+
+#[test]
+fn standing_obstacles_have_a_pair_of_their_own() {
+    let mut settings = small();
+    settings.obstacle.motion = ObstacleMotion::Static;
+    let error = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(matches!(error, SettingsSolveError::Disturbance(_)), "a turn rate of something that stands");
+    settings.obstacle.disturbance_min.clear();
+    settings.obstacle.disturbance_max.clear();
+    let value = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(value.metadata().problem.dynamics, "unicycle_static_pair");
+    assert!(value.metadata().problem.disturbance.min.is_empty());
+    let at = |heading, speed| value.interpolate(&[1.5, 0.2, heading, speed]).unwrap();
+    assert_eq!(at(0.0, 0.0), at(1.0, 1.5), "heading and speed do not matter");
+    settings.robot.kind = RobotKind::DoubleIntegrator;
+    let error = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert_eq!(error, SettingsSolveError::StaticForDoubleIntegrator);
+}
+
+#[test]
+fn slack_solves_a_stricter_game_and_says_so() {
+    let mut settings = small();
+    let plain = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap();
+    let slack = SlackSettings { control_scale: 0.8, disturbance_scale: 1.5 };
+    settings.offline.as_mut().unwrap().slack = Some(slack);
+    let strict = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap();
+    let game = settings.training_game();
+    assert_eq!(strict.metadata().problem.control.min, game.control_min);
+    assert_eq!(strict.metadata().problem.disturbance.max, game.disturbance_max);
+    let lower =
+        plain.values().iter().zip(strict.values()).filter(|(plain, strict)| **strict < **plain - 1e-3);
+    assert!(lower.count() > 100, "a weaker robot is safe in fewer states");
+}
+
+#[test]
+fn accuracies_are_hj_reachabilitys() {
+    use {TimeIntegrator as Time, UpwindScheme as Space};
+    let mut solver = small().offline.unwrap().solver;
+    for (accuracy, upwind, integrator) in [
+        (Accuracy::Low, Space::FirstOrder, Time::Euler),
+        (Accuracy::Medium, Space::Eno2, Time::TvdRk2),
+        (Accuracy::High, Space::Weno3, Time::TvdRk3),
+        (Accuracy::VeryHigh, Space::Weno5, Time::TvdRk3),
+    ] {
+        solver.accuracy = accuracy;
+        let settings = reachability::SolverSettings::from(&solver);
+        assert_eq!((settings.upwind, settings.integrator), (upwind, integrator));
+    }
 }

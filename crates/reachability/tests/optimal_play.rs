@@ -40,7 +40,7 @@ fn solved() -> ValueFunction {
     let settings = SolverSettings {
         upwind: UpwindScheme::Weno3,
         integrator: TimeIntegrator::TvdRk3,
-        dissipation: Dissipation::ReachableSpeed,
+        dissipation: Dissipation::OptimalPlay,
         tube: TubeForm::Variational,
         cfl: 0.75,
         max_horizon_s: HORIZON_S,

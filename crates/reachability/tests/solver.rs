@@ -32,7 +32,7 @@ fn settings() -> SolverSettings {
     SolverSettings {
         upwind: UpwindScheme::Weno3,
         integrator: TimeIntegrator::TvdRk3,
-        dissipation: Dissipation::ReachableSpeed,
+        dissipation: Dissipation::OptimalPlay,
         tube: TubeForm::Variational,
         cfl: 0.75,
         max_horizon_s: 1.0,

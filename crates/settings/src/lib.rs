@@ -6,13 +6,16 @@
 //!
 //! What is deliberately absent: everything a command-line option chooses (source, instance name, recording path).
 
+mod covered;
 mod error;
 mod estimator;
 mod filter;
 mod nominal;
 mod offline;
 mod robot;
+mod samples;
 mod simulation;
+mod slack;
 mod sources;
 mod training;
 
@@ -25,10 +28,12 @@ pub use estimator::{EstimatorKind, EstimatorSettings};
 pub use filter::{FilterSettings, KernelChoice};
 pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings};
 pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
-pub use robot::{ObstacleSettings, RobotKind, RobotSettings};
+pub use robot::{ObstacleMotion, ObstacleSettings, RobotKind, RobotSettings};
+pub use samples::SampleSettings;
 pub use simulation::SimulationSettings;
+pub use slack::{SlackSettings, TrainingGame};
 pub use sources::SourceSettings;
-pub use training::TrainingSettings;
+pub use training::{ConditionSettings, Encoding, TargetSource, TrainingSettings};
 
 use error::{Checked, positive};
 
@@ -107,7 +112,10 @@ impl Settings {
         self.nominal.validate(self.robot.kind)?;
         self.filter.validate()?;
         positive("robot.radius_m + obstacle.radius_m", self.failure_radius_m())?;
-        self.offline.as_ref().map_or(Ok(()), OfflineSettings::validate)
+        self.offline.as_ref().map_or(Ok(()), |offline| {
+            offline.validate()?;
+            covered::validate(&offline.grid, self)
+        })
     }
 }
 

@@ -1,9 +1,10 @@
-//! How a model is computed: grid, solver, training.
+//! How a model is computed: grid, solver, training. What makes a grid fit a robot stands in `covered`, what makes the
+//! solved game stricter than the true one in `slack`.
 
 use serde::{Deserialize, Serialize};
 
-use crate::TrainingSettings;
 use crate::error::{Checked, bounds, non_negative, positive, require};
+use crate::{SlackSettings, TrainingSettings};
 
 /// Everything `cncbf solve` and `cncbf train` need beside robot and obstacle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,6 +18,9 @@ pub struct OfflineSettings {
     pub solver: SolverSettings,
     /// Fit of the network.
     pub training: TrainingSettings,
+    /// How much stricter than the true game the solved one is; without it, not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slack: Option<SlackSettings>,
 }
 
 /// A regular grid over the relative state z. A periodic axis leaves its maximum out.
@@ -33,14 +37,18 @@ pub struct GridSettings {
     pub periodic: [bool; 4],
 }
 
-/// Order of the spatial and temporal scheme.
+/// Order of the spatial and temporal scheme, under hj_reachability's names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Accuracy {
     /// First-order upwind differences, forward Euler.
     Low,
+    /// Second-order essentially non-oscillatory differences, second-order TVD Runge–Kutta.
+    Medium,
     /// Third-order weighted essentially non-oscillatory differences, third-order TVD Runge–Kutta.
     High,
+    /// Fifth-order weighted essentially non-oscillatory differences, third-order TVD Runge–Kutta.
+    VeryHigh,
 }
 
 /// How the obstacle of the variational inequality enters.
@@ -87,6 +95,9 @@ impl OfflineSettings {
         positive("offline.solver.max_horizon_s", solver.max_horizon_s)?;
         positive("offline.solver.check_interval_s", solver.check_interval_s)?;
         non_negative("offline.solver.unsafe_share_tolerance", solver.unsafe_share_tolerance)?;
+        if let Some(slack) = &self.slack {
+            slack.validate()?;
+        }
         self.training.validate()
     }
 }
