@@ -1,4 +1,4 @@
-//! Sine with cosine, and softplus with its slope, on eight lanes.
+//! Sine with cosine, and softplus with its slope, on all lanes.
 //!
 //! Own polynomials because the mathematics library works on one number at a time and differs between
 //! machines. Coefficients: minimax fits on the reduced interval, rounded to `f32`.
@@ -84,16 +84,18 @@ pub(crate) fn softplus_with_slope<L: Lanes>(y: L) -> (L, L) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{Group, LANES, PortableLanes};
+    use crate::lanes::{Group, Group8, PortableLanes};
+
+    const LANES: usize = Group8::LANES;
 
     fn each(values: impl Iterator<Item = f32>, mut check: impl FnMut(f32, [f32; 4])) {
         let values: Vec<f32> = values.collect();
         for chunk in values.chunks_exact(LANES) {
-            let x = PortableLanes::load(&Group(chunk.try_into().unwrap()));
+            let x = PortableLanes::load(&Group8::read(chunk));
             let (sin, cos) = sin_cos(x);
             let (softplus, slope) = softplus_with_slope(x);
             let out = [sin, cos, softplus, slope].map(|lanes| {
-                let mut group = Group::ZERO;
+                let mut group = Group8::ZERO;
                 lanes.store(&mut group);
                 group
             });

@@ -1,29 +1,62 @@
-//! Eight `f32` side by side: the operations the network needs, and their plain-Rust form.
+//! Numbers side by side: the operations the network needs, and their plain-Rust form on eight `f32`.
 //!
-//! Not here: the AVX2 form (`lanes_avx2`) and what is computed with lanes (`elementary`, `network_pass`).
+//! Not here: the forms for one instruction set (`lanes_avx2`, `lanes_avx512`) and what is computed with lanes
+//! (`elementary`, `network_pass`).
 // The whole pass must be inlined into one function compiled for the chosen instruction set.
 #![allow(clippy::inline_always)]
 
-/// Lanes per group.
-pub(crate) const LANES: usize = 8;
-
-/// One group of eight numbers in memory, aligned for one AVX load.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(32))]
-pub(crate) struct Group(pub(crate) [f32; LANES]);
-
-impl Group {
-    pub(crate) const ZERO: Self = Self([0.0; LANES]);
+/// One group of numbers in memory, as many as there are lanes.
+pub(crate) trait Group: Copy {
+    const LANES: usize;
+    const ZERO: Self;
+    /// Copies the first [`Group::LANES`] numbers of a slice that has them.
+    fn read(from: &[f32]) -> Self;
+    /// Copies to the first [`Group::LANES`] numbers of a slice that has them.
+    fn write(&self, to: &mut [f32]);
 }
 
-/// Arithmetic on eight lanes at once. A comparison with NaN picks the second operand.
+/// Eight numbers, aligned for one AVX load.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+pub(crate) struct Group8(pub(crate) [f32; 8]);
+
+impl Group for Group8 {
+    const LANES: usize = 8;
+    const ZERO: Self = Self([0.0; 8]);
+
+    #[inline(always)]
+    fn read(from: &[f32]) -> Self {
+        let mut group = Self::ZERO;
+        group.0.copy_from_slice(&from[..Self::LANES]);
+        group
+    }
+
+    #[inline(always)]
+    fn write(&self, to: &mut [f32]) {
+        to[..Self::LANES].copy_from_slice(&self.0);
+    }
+}
+
+/// How many accumulators of a product fill the registers: `block` outputs times the groups that go through the network
+/// together.
+pub(crate) struct Blocking {
+    /// Most groups at once.
+    pub(crate) width: usize,
+    /// Outputs at once, by the number of groups less one.
+    pub(crate) block: [usize; MAX_WIDTH],
+}
+
+/// Groups that any form sends through the network together.
+pub(crate) const MAX_WIDTH: usize = 2;
+
+/// Arithmetic on all lanes at once. A comparison with NaN picks the second operand.
 pub(crate) trait Lanes: Copy {
-    /// Whether twelve accumulators fit the register file.
-    const MANY_REGISTERS: bool;
+    type Group: Group;
+    const BLOCKING: Blocking;
 
     fn splat(value: f32) -> Self;
-    fn load(from: &Group) -> Self;
-    fn store(self, to: &mut Group);
+    fn load(from: &Self::Group) -> Self;
+    fn store(self, to: &mut Self::Group);
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
@@ -44,13 +77,13 @@ pub(crate) trait Lanes: Copy {
 
 /// Plain Rust; the compiler vectorises it for whatever the target offers.
 #[derive(Clone, Copy)]
-pub(crate) struct PortableLanes([f32; LANES]);
+pub(crate) struct PortableLanes([f32; 8]);
 
 impl PortableLanes {
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
         let mut out = self;
-        for lane in 0..LANES {
+        for lane in 0..8 {
             out.0[lane] = f(self.0[lane], other.0[lane]);
         }
         out
@@ -58,20 +91,21 @@ impl PortableLanes {
 }
 
 impl Lanes for PortableLanes {
-    const MANY_REGISTERS: bool = false;
+    type Group = Group8;
+    const BLOCKING: Blocking = Blocking { width: 1, block: [4; MAX_WIDTH] };
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
-        Self([value; LANES])
+        Self([value; 8])
     }
 
     #[inline(always)]
-    fn load(from: &Group) -> Self {
+    fn load(from: &Group8) -> Self {
         Self(from.0)
     }
 
     #[inline(always)]
-    fn store(self, to: &mut Group) {
+    fn store(self, to: &mut Group8) {
         to.0 = self.0;
     }
 
@@ -113,7 +147,7 @@ impl Lanes for PortableLanes {
     #[inline(always)]
     fn select_by_sign(self, if_positive: Self, if_negative: Self) -> Self {
         let mut out = if_positive;
-        for lane in 0..LANES {
+        for lane in 0..8 {
             if self.0[lane].is_sign_negative() {
                 out.0[lane] = if_negative.0[lane];
             }

@@ -1,6 +1,6 @@
 //! The AVX2 form of the lanes and the one function compiled for it.
 //!
-//! The only `unsafe` of this crate: the same lanes left to the vectoriser, compiled for AVX2 too, took 1.6 times
+//! `unsafe` because the same lanes left to the vectoriser, compiled for AVX2 too, took 1.6 times
 //! as long (12.3 against 7.8 µs per tick with 20 people, `examples/tick.rs`, Intel Xeon with AVX2).
 //!
 //! Soundness rests on one rule: values of [`Avx2Lanes`] exist only inside [`residuals`], whose caller has
@@ -15,7 +15,7 @@ use std::arch::x86_64::{
     _mm256_set1_ps, _mm256_slli_epi32, _mm256_store_ps, _mm256_sub_ps, _mm256_xor_ps,
 };
 
-use crate::lanes::{Group, Lanes};
+use crate::lanes::{Blocking, Group8, Lanes};
 use crate::network_pass::{self, PassArguments};
 
 /// Eight lanes in one AVX register.
@@ -27,12 +27,14 @@ struct Avx2Lanes(__m256);
 /// # Safety
 /// The processor must support both; [`crate::Kernel::is_supported`] tells.
 #[target_feature(enable = "avx2,fma")]
-pub(crate) unsafe fn residuals(arguments: PassArguments<'_>) {
+pub(crate) unsafe fn residuals(arguments: PassArguments<'_, Group8>) {
     network_pass::residuals::<Avx2Lanes>(arguments);
 }
 
 impl Lanes for Avx2Lanes {
-    const MANY_REGISTERS: bool = true;
+    type Group = Group8;
+    // 16 registers: 12 sums, 1 input, 1 weight.
+    const BLOCKING: Blocking = Blocking { width: 1, block: [12, 0] };
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
@@ -41,13 +43,13 @@ impl Lanes for Avx2Lanes {
     }
 
     #[inline(always)]
-    fn load(from: &Group) -> Self {
-        // SAFETY: as in `splat`; a `Group` is 32 bytes long and aligned to 32 bytes.
+    fn load(from: &Group8) -> Self {
+        // SAFETY: as in `splat`; a `Group8` is 32 bytes long and aligned to 32 bytes.
         Self(unsafe { _mm256_load_ps(from.0.as_ptr()) })
     }
 
     #[inline(always)]
-    fn store(self, to: &mut Group) {
+    fn store(self, to: &mut Group8) {
         // SAFETY: as in `load`, and the exclusive borrow makes the group writable.
         unsafe { _mm256_store_ps(to.0.as_mut_ptr(), self.0) }
     }

@@ -29,6 +29,8 @@ mod kernel;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx2;
+#[cfg(target_arch = "x86_64")]
+mod lanes_avx512;
 mod metadata;
 mod model;
 mod model_error;

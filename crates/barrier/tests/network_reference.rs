@@ -121,6 +121,24 @@ fn a_position_network_does_not_see_the_other_components() {
 }
 
 #[test]
+fn the_two_fused_kernels_give_the_same_bits() {
+    if !(Kernel::Avx512.is_supported() && Kernel::Avx2Fma.is_supported()) {
+        println!("skipped: this processor runs at most one of them");
+        return;
+    }
+    for encoding in InputEncoding::ALL {
+        let weights = random_encoded_weights(encoding, 25, 3.0);
+        let mut networks =
+            [Kernel::Avx2Fma, Kernel::Avx512].map(|k| ResidualNetwork::new(&weights, k).unwrap());
+        for count in [1, 8, 9, 16, 17, 31, 32, 33, 47, 64] {
+            let states = random_states(26 + count as u64, count);
+            let [eight, sixteen] = networks.each_mut().map(|network| evaluate(network, &states));
+            assert_eq!(eight, sixteen, "{encoding}, {count} states");
+        }
+    }
+}
+
+#[test]
 fn a_state_gives_the_same_bits_whatever_stands_beside_it() {
     let weights = random_weights(9, 3.0);
     let states = random_states(10, 64);
