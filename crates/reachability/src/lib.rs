@@ -13,6 +13,7 @@
 // Only inlined code is compiled for the vector width that `pulp` finds at run time.
 #![allow(clippy::inline_always)]
 
+pub mod closed_form;
 mod coefficients;
 mod dissipation;
 mod failure;
