@@ -3,7 +3,7 @@
 use barrier::{
     BarrierConstraint, BarrierObstacle, CbfQp, CompositeBarrier, CompositeSample, Kernel, Model, QpSolution,
 };
-use dynamics::{DoubleIntegratorPair, UnicyclePair};
+use dynamics::{DoubleIntegratorPair, UnicyclePair, UnicycleStaticPair};
 use messages::{
     ControlKind, Ledger, MAX_OBSTACLES, NominalCommand, Obstacles, Reason, RobotState, SafeCommand,
     SafetyStatus,
@@ -31,6 +31,7 @@ pub struct Inputs<'a> {
 /// The pair of robot and obstacle dynamics that the model was made for.
 pub(crate) enum Pair {
     Unicycle(UnicyclePair),
+    UnicycleStatic(UnicycleStaticPair),
     DoubleIntegrator(DoubleIntegratorPair),
 }
 
@@ -70,6 +71,7 @@ impl SafetyFilter {
         let (robot, filter) = (&settings.robot, &settings.filter);
         let (control, control_kind) = match &pair {
             Pair::Unicycle(pair) => (pair.control, ControlKind::Unicycle),
+            Pair::UnicycleStatic(pair) => (pair.control, ControlKind::Unicycle),
             Pair::DoubleIntegrator(pair) => (pair.control, ControlKind::DoubleIntegrator),
         };
         let kernel = chosen_kernel(filter.kernel);
@@ -133,6 +135,7 @@ impl SafetyFilter {
         move |[x, y]| {
             let h = match &self.pair {
                 Pair::Unicycle(pair) => self.barrier.h_at(pair, &[x, y, heading_rad], &self.obstacles),
+                Pair::UnicycleStatic(pair) => self.barrier.h_at(pair, &[x, y, heading_rad], &self.obstacles),
                 Pair::DoubleIntegrator(pair) => self.barrier.h_at(pair, &[x, y, 0.0, 0.0], &self.obstacles),
             };
             h.unwrap_or(f64::INFINITY)
@@ -154,6 +157,7 @@ impl SafetyFilter {
         self.gather(trusted.obstacles, [pose[0], pose[1]], now_ns);
         let sample = match &self.pair {
             Pair::Unicycle(pair) => self.barrier.evaluate(pair, &pose, &self.obstacles),
+            Pair::UnicycleStatic(pair) => self.barrier.evaluate(pair, &pose, &self.obstacles),
             Pair::DoubleIntegrator(pair) => {
                 let [vx, vy] = trusted.robot_state.velocity_in_odom_mps();
                 self.barrier.evaluate(pair, &[pose[0], pose[1], vx, vy], &self.obstacles)
@@ -172,7 +176,9 @@ impl SafetyFilter {
         self.track_ids.clear();
         for obstacle in obstacles.as_slice() {
             let predicted = match self.pair {
-                Pair::Unicycle(_) => prediction::unicycle_obstacle(obstacle, &self.inflation, now_ns),
+                Pair::Unicycle(_) | Pair::UnicycleStatic(_) => {
+                    prediction::unicycle_obstacle(obstacle, &self.inflation, now_ns)
+                }
                 Pair::DoubleIntegrator(_) => {
                     prediction::double_integrator_obstacle(obstacle, &self.inflation, now_ns)
                 }
@@ -283,6 +289,7 @@ pub fn chosen_kernel(choice: KernelChoice) -> Kernel {
         KernelChoice::Auto => Kernel::detect(),
         KernelChoice::Portable => Kernel::Portable,
         KernelChoice::Avx2Fma => Kernel::Avx2Fma,
+        KernelChoice::Avx512 => Kernel::Avx512,
     }
 }
 
@@ -291,5 +298,6 @@ fn kernel_code(kernel: Kernel) -> u32 {
     match kernel {
         Kernel::Portable => 0,
         Kernel::Avx2Fma => 1,
+        Kernel::Avx512 => 2,
     }
 }

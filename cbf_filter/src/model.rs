@@ -5,8 +5,8 @@ use std::path::Path;
 use barrier::{
     Bounds, CompositeSetupError, DynamicsKind, Expected, Model, ModelFileError, ModelMismatch, QpError,
 };
-use dynamics::{DoubleIntegratorPair, InputBox, InputBoxError, UnicyclePair};
-use settings::{EMBEDDED_PREFIX, RobotKind, Settings};
+use dynamics::{DoubleIntegratorPair, InputBox, InputBoxError, UnicyclePair, UnicycleStaticPair};
+use settings::{EMBEDDED_PREFIX, ObstacleMotion, RobotKind, Settings};
 
 use crate::filter::Pair;
 
@@ -70,23 +70,36 @@ fn embedded_model(name: &str) -> Result<&'static [u8], FilterSetupError> {
 }
 
 /// The pair of dynamics the settings describe, if `model` was made for exactly that: same dynamics, control bounds,
-/// obstacle bounds and failure radius.
+/// obstacle bounds and failure radius, and if it is the pinned one and covers obstacles and buffer.
 pub(crate) fn pair_that_fits(settings: &Settings, model: &Model) -> Result<Pair, FilterSetupError> {
     let (robot, obstacle) = (&settings.robot, &settings.obstacle);
+    if let Some(sha256) = &settings.filter.model_sha256 {
+        model.check_hash(sha256)?;
+    }
     let control = InputBox::new(robot.control_min, robot.control_max)?;
-    let dynamics = match robot.kind {
-        RobotKind::Unicycle => DynamicsKind::UnicyclePair,
-        RobotKind::DoubleIntegrator => DynamicsKind::DoubleIntegratorPair,
+    let dynamics = match (robot.kind, obstacle.motion) {
+        (RobotKind::Unicycle, ObstacleMotion::Walking) => DynamicsKind::UnicyclePair,
+        (RobotKind::Unicycle, ObstacleMotion::Static) => DynamicsKind::UnicycleStaticPair,
+        (RobotKind::DoubleIntegrator, ObstacleMotion::Walking | ObstacleMotion::Static) => {
+            DynamicsKind::DoubleIntegratorPair
+        }
     };
     let disturbance = Bounds { min: obstacle.disturbance_min.clone(), max: obstacle.disturbance_max.clone() };
+    let failure_radius_m = settings.failure_radius_m();
+    model.check_fits(&Expected {
+        dynamics,
+        control,
+        disturbance,
+        failure_radius_m: Some(failure_radius_m),
+    })?;
+    model.check_covers(obstacle.max_speed_mps, failure_radius_m + settings.filter.sdf_buffer_m)?;
     let (min, max) = (&obstacle.disturbance_min, &obstacle.disturbance_max);
-    let failure_radius_m = Some(settings.failure_radius_m());
-    model.check_fits(&Expected { dynamics, control, disturbance, failure_radius_m })?;
-    Ok(match robot.kind {
-        RobotKind::Unicycle => {
+    Ok(match dynamics {
+        DynamicsKind::UnicyclePair => {
             Pair::Unicycle(UnicyclePair { control, disturbance: InputBox::new([min[0]], [max[0]])? })
         }
-        RobotKind::DoubleIntegrator => Pair::DoubleIntegrator(DoubleIntegratorPair {
+        DynamicsKind::UnicycleStaticPair => Pair::UnicycleStatic(UnicycleStaticPair { control }),
+        DynamicsKind::DoubleIntegratorPair => Pair::DoubleIntegrator(DoubleIntegratorPair {
             control,
             disturbance: InputBox::new([min[0], min[1]], [max[0], max[1]])?,
         }),

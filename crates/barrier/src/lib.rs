@@ -25,6 +25,7 @@ mod domain;
 mod elementary;
 mod encoding;
 mod failure;
+mod fit;
 mod kernel;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
@@ -49,9 +50,10 @@ pub use composite::{
 pub use domain::{DomainError, PlacedState, TrainedDomain};
 pub use encoding::{InputEncoding, LAYER_WIDTHS};
 pub use failure::FailureFunction;
+pub use fit::{Expected, ModelMismatch};
 pub use kernel::{Kernel, KernelError};
 pub use metadata::{Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, ModelMetadata, TrainingRecord};
-pub use model::{Expected, Model, ModelMismatch};
+pub use model::Model;
 pub use model_error::ModelFileError;
 pub use network::{NetworkBatch, ResidualNetwork};
 pub use qp::{CbfQp, HalfSpace, QpError, QpSolution};

@@ -1,11 +1,10 @@
-//! A model in memory: parameters with the metadata they hold for. Not here: its bytes (`model_file`).
+//! A model in memory: parameters with the metadata they hold for. Not here: its bytes (`model_file`), and whether it
+//! fits a robot (`fit`).
 
 use std::collections::BTreeMap;
 
-use dynamics::InputBox;
-
 use crate::domain::TrainedDomain;
-use crate::metadata::{Bounds, DynamicsKind, FORMAT_VERSION, ModelMetadata};
+use crate::metadata::{Bounds, FORMAT_VERSION, ModelMetadata};
 use crate::model_error::ModelFileError;
 use crate::model_file::sealed_text;
 use crate::weights::NetworkWeights;
@@ -18,61 +17,6 @@ pub struct Model {
     domain: TrainedDomain,
     /// The metadata as written in the file, hash included: rewriting keeps its bytes.
     text: String,
-}
-
-/// What a robot needs a model to have been made for.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Expected {
-    /// Pair of dynamics.
-    pub dynamics: DynamicsKind,
-    /// Box of the robot's control.
-    pub control: InputBox<2>,
-    /// Box of the obstacles' disturbance.
-    pub disturbance: Bounds,
-    /// Radius of the failure function, m; `None` where each obstacle brings its own, which is exact (see
-    /// [`crate::RelativeBarrier`]).
-    pub failure_radius_m: Option<f64>,
-}
-
-/// In what a model differs from what the robot needs.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ModelMismatch {
-    /// Another pair of dynamics.
-    #[error("the model is for `{model}`, the robot needs `{expected}`; choose its model or set `dynamics`")]
-    Dynamics {
-        /// Of the model.
-        model: DynamicsKind,
-        /// Of the robot.
-        expected: DynamicsKind,
-    },
-    /// Another box of controls.
-    #[error(
-        "the model's control box is {model:?}, the robot's {expected:?}; solve and train for the robot's"
-    )]
-    Control {
-        /// Of the model.
-        model: InputBox<2>,
-        /// Of the robot.
-        expected: InputBox<2>,
-    },
-    /// Another box of disturbances.
-    #[error(
-        "the model's disturbance box is {model:?}, configured {expected:?}; solve and train for the latter"
-    )]
-    Disturbance {
-        /// Of the model.
-        model: Bounds,
-        /// As configured.
-        expected: Bounds,
-    },
-    /// Another radius.
-    #[error("the model's failure radius is {model_m} m, configured {expected_m} m; make the two agree")]
-    Radius {
-        /// Of the model, m.
-        model_m: f64,
-        /// As configured, m.
-        expected_m: f64,
-    },
 }
 
 impl Model {
@@ -127,39 +71,6 @@ impl Model {
     pub(crate) fn text(&self) -> &str {
         &self.text
     }
-
-    /// Compares what the model was made for with what the robot needs. Bounds agree within 1e-9.
-    ///
-    /// # Errors
-    /// * The first [`ModelMismatch`] found.
-    pub fn check_fits(&self, expected: &Expected) -> Result<(), ModelMismatch> {
-        let model = &self.metadata;
-        if model.dynamics != expected.dynamics {
-            return Err(ModelMismatch::Dynamics { model: model.dynamics, expected: expected.dynamics });
-        }
-        if !close(&Bounds::from(&model.control), &Bounds::from(&expected.control)) {
-            return Err(ModelMismatch::Control { model: model.control, expected: expected.control });
-        }
-        if !close(&model.disturbance, &expected.disturbance) {
-            let (model, expected) = (model.disturbance.clone(), expected.disturbance.clone());
-            return Err(ModelMismatch::Disturbance { model, expected });
-        }
-        match expected.failure_radius_m {
-            Some(expected_m) if (expected_m - model.failure_radius_m).abs() > TOLERANCE => {
-                Err(ModelMismatch::Radius { model_m: model.failure_radius_m, expected_m })
-            }
-            Some(_) | None => Ok(()),
-        }
-    }
-}
-
-/// Two bounds this close are one bound written twice.
-const TOLERANCE: f64 = 1e-9;
-
-fn close(a: &Bounds, b: &Bounds) -> bool {
-    let equal =
-        |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= TOLERANCE);
-    equal(&a.min, &b.min) && equal(&a.max, &b.max)
 }
 
 /// Returns the trained domain of metadata that makes sense.

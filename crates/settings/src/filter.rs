@@ -14,6 +14,8 @@ pub enum KernelChoice {
     Portable,
     /// x86-64 with AVX2 and FMA.
     Avx2Fma,
+    /// x86-64 with AVX-512F; the same bytes as with AVX2 and FMA.
+    Avx512,
 }
 
 /// Settings of `cbf_filter`.
@@ -22,6 +24,9 @@ pub enum KernelChoice {
 pub struct FilterSettings {
     /// Model file, relative to the settings file, or `embedded:NAME`.
     pub model: String,
+    /// SHA-256 the model must have, as `cncbf inspect` shows it; absent means any that fits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model_sha256: Option<String>,
     /// Filter period, ms.
     pub period_ms: u64,
     /// Linear class-κ gain: α(h) = k·h with this k, 1/s.
@@ -56,6 +61,10 @@ pub struct FilterSettings {
 impl FilterSettings {
     pub(crate) fn validate(&self) -> Checked {
         require(!self.model.is_empty(), "filter.model", &self.model, "a file or embedded:NAME")?;
+        if let Some(hash) = &self.model_sha256 {
+            let digits = hash.len() == 64 && hash.bytes().all(|digit| digit.is_ascii_hexdigit());
+            require(digits, "filter.model_sha256", hash, "64 hexadecimal digits, or absent")?;
+        }
         positive_ms("filter.period_ms", self.period_ms)?;
         positive("filter.alpha_per_s", self.alpha_per_s)?;
         positive("filter.beta_per_m", self.beta_per_m)?;
