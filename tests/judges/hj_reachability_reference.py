@@ -60,6 +60,7 @@ def main():
     freezing = {"hamiltonian_postprocessor": hj.solver.backwards_reachable_tube}
     runs = {
         "first_order_euler": ("low", variational),
+        "eno2_rk2": ("medium", variational),
         "weno3_rk3": ("high", variational),
         "weno5_rk3": ("very_high", variational),
         "weno3_rk3_freezing": ("high", freezing),

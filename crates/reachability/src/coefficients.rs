@@ -6,9 +6,11 @@
 
 use crate::dissipation::rate_bounds;
 use crate::stencil::plane_axes;
+use crate::value_file::f32_bytes;
 use crate::{Dissipation, Grid, SolveError};
 use dynamics::{InputBox, RelativeDynamics};
 use rayon::prelude::*;
+use sha2::{Digest, Sha256};
 
 /// One coefficient on all nodes.
 pub(crate) enum Field {
@@ -53,6 +55,17 @@ impl Field {
             Self::Shared(values) => OnPlane::Nodes(values),
             Self::Full(values) => OnPlane::Nodes(&values[plane * plane_len..][..plane_len]),
         }
+    }
+
+    fn hash_into(&self, hash: &mut Sha256) {
+        let (form, values): (u8, &[f32]) = match self {
+            Self::Zero => (0, &[]),
+            Self::PerPlane(values) => (1, values),
+            Self::Shared(values) => (2, values),
+            Self::Full(values) => (3, values),
+        };
+        hash.update([form]);
+        hash.update(f32_bytes(values));
     }
 
     pub(crate) fn is_zero(&self) -> bool {
@@ -123,6 +136,18 @@ impl<const N: usize, const NU: usize, const ND: usize> Coefficients<N, NU, ND> {
             largest_rate_per_s,
         };
         if finite { Ok(table) } else { Err(SolveError::NonFiniteDynamics) }
+    }
+
+    /// Adds every number of the table to `hash`.
+    pub(crate) fn hash_into(&self, hash: &mut Sha256) {
+        let jacobians = self.control.iter().flatten().chain(self.disturbance.iter().flatten());
+        for field in self.drift.iter().chain(jacobians).chain(&self.dissipation) {
+            field.hash_into(hash);
+        }
+        for (min, max) in self.control_limits.iter().chain(&self.disturbance_limits) {
+            hash.update(f32_bytes(&[*min, *max]));
+        }
+        hash.update(self.largest_rate_per_s.to_le_bytes());
     }
 }
 

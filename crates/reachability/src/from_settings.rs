@@ -2,14 +2,16 @@
 //! knows both.
 
 use crate::{
-    Axis, Convergence, Dissipation, Grid, GridError, ProblemDescription, Progress, SolveError,
-    SolverSettings, TimeIntegrator, TubeForm, UpwindScheme, ValueFunction, disc_failure_function, solve,
+    Axis, Checkpoint, Convergence, Dissipation, Grid, GridError, ProblemDescription, Progress, SolveError,
+    SolverSettings, TimeIntegrator, TubeForm, UpwindScheme, ValueFunction, disc_failure_function,
+    memory_needed_at_most_bytes, solve_resumable,
 };
 use dynamics::{
     DoubleIntegratorPair, InputBox, InputBoxError, RelativeDynamics, UnicyclePair, UnicycleStaticPair,
 };
 use settings::{Accuracy, Formulation, GridSettings, ObstacleMotion, RobotKind, Settings, TrainingGame};
 use std::ops::ControlFlow;
+use std::path::Path;
 
 /// Share of each moving axis, at either end, where the extrapolated boundary spoils `max |ΔV|`: on the
 /// paper's 80 nodes the outer six.
@@ -95,41 +97,74 @@ pub fn solve_settings(
     settings: &Settings,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<ValueFunction, SettingsSolveError> {
+    solve_settings_resumable(settings, None, progress)
+}
+
+/// As [`solve_settings`], and saves its state to the file `checkpoint` now and then, or continues from it if it is there.
+///
+/// The result is the same to the bit. The file stays when the solve ends: remove it once the result is saved.
+///
+/// # Errors
+/// As [`solve_settings`]; a checkpoint of other settings is refused ([`SolveError::Checkpoint`]).
+pub fn solve_settings_resumable(
+    settings: &Settings,
+    checkpoint: Option<&Path>,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<ValueFunction, SettingsSolveError> {
+    let checkpoint = checkpoint.map(Checkpoint::at);
     let game = settings.training_game();
     let control = InputBox::new(game.control_min, game.control_max).map_err(SettingsSolveError::Control)?;
     match (settings.robot.kind, settings.obstacle.motion) {
         (RobotKind::Unicycle, ObstacleMotion::Walking) => {
             let pair = UnicyclePair { control, disturbance: disturbance_box(&game)? };
-            solve_pair("unicycle_pair", &pair, settings, progress)
+            solve_pair("unicycle_pair", &pair, settings, checkpoint, progress)
         }
         (RobotKind::Unicycle, ObstacleMotion::Static) => {
             // Refuses inputs for an obstacle that has none.
             disturbance_box::<0>(&game)?;
-            solve_pair("unicycle_static_pair", &UnicycleStaticPair { control }, settings, progress)
+            solve_pair(
+                "unicycle_static_pair",
+                &UnicycleStaticPair { control },
+                settings,
+                checkpoint,
+                progress,
+            )
         }
         (RobotKind::DoubleIntegrator, ObstacleMotion::Static) => {
             Err(SettingsSolveError::StaticForDoubleIntegrator)
         }
         (RobotKind::DoubleIntegrator, ObstacleMotion::Walking) => {
             let pair = DoubleIntegratorPair { control, disturbance: disturbance_box(&game)? };
-            solve_pair("double_integrator_pair", &pair, settings, progress)
+            solve_pair("double_integrator_pair", &pair, settings, checkpoint, progress)
         }
     }
+}
+
+/// Returns a bound on the memory that solving these settings takes, bytes, to be told before it is taken.
+///
+/// # Errors
+/// * [`SettingsSolveError::NoOfflineSettings`] and [`SettingsSolveError::Grid`].
+pub fn memory_of_settings_bytes(settings: &Settings) -> Result<u64, SettingsSolveError> {
+    let offline = settings.offline.as_ref().ok_or(SettingsSolveError::NoOfflineSettings)?;
+    let inputs = settings.robot.control_min.len() + settings.obstacle.disturbance_min.len();
+    Ok(memory_needed_at_most_bytes(&Grid::try_from(&offline.grid)?, inputs))
 }
 
 fn solve_pair<const NU: usize, const ND: usize>(
     name: &str,
     pair: &impl RelativeDynamics<4, NU, ND>,
     settings: &Settings,
+    checkpoint: Option<Checkpoint<'_>>,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<ValueFunction, SettingsSolveError> {
     let offline = settings.offline.as_ref().ok_or(SettingsSolveError::NoOfflineSettings)?;
     let failure_radius_m = settings.failure_radius_m();
-    let solution = solve(
+    let solution = solve_resumable(
         pair,
         &disc_failure_function(failure_radius_m),
         &Grid::try_from(&offline.grid)?,
         &SolverSettings::from(&offline.solver),
+        checkpoint,
         progress,
     )?;
     let problem = ProblemDescription {

@@ -2,8 +2,12 @@
 
 use crate::coefficients::Coefficients;
 use crate::integrate::Stepper;
+use crate::interior::Interior;
+use crate::memory::refuse_what_does_not_fit;
 use crate::operator::Operator;
-use crate::{Grid, SettingsError, SolverSettings, TubeForm};
+use crate::{
+    Checkpoint, CheckpointError, Grid, SettingsError, SolverSettings, TubeForm, memory_needed_at_most_bytes,
+};
 use dynamics::RelativeDynamics;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -65,11 +69,24 @@ pub struct Solution<const N: usize> {
 }
 
 /// Why a solve gave no value function.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SolveError {
     /// A setting is out of range.
     #[error(transparent)]
     Settings(#[from] SettingsError),
+    /// The grid is too large for this machine.
+    #[error(
+        "this grid needs up to {needed_bytes} bytes and {available_bytes} are free; give fewer nodes per axis or free memory"
+    )]
+    Memory {
+        /// What the solve may take.
+        needed_bytes: u64,
+        /// What the machine, or the control group this process is in, has left.
+        available_bytes: u64,
+    },
+    /// The checkpoint cannot be used.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// The dynamics are NaN, infinite or beyond f32 at a node.
     #[error("the dynamics are not finite on the whole grid; shrink the grid or check the input limits")]
     NonFiniteDynamics,
@@ -84,13 +101,28 @@ pub enum SolveError {
     },
 }
 
-/// Returns a bound on the heap a solve takes, bytes, for `inputs` control and disturbance components together.
-///
-/// Five values per node (value, failure function, value at the last check, two stages of the time step), one
-/// while the dynamics are tabulated, and the table itself, counted as if no coefficient could be compressed.
-pub fn memory_needed_at_most_bytes<const N: usize>(grid: &Grid<N>, inputs: usize) -> u64 {
-    let table = N * (2 + inputs);
-    grid.node_count() as u64 * (5 + 1 + table) as u64 * size_of::<f32>() as u64
+/// State of a running solve between two time steps.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Running {
+    pub(crate) values: Vec<f32>,
+    pub(crate) at_last_check: Vec<f32>,
+    pub(crate) clock: Clock,
+}
+
+/// The part of [`Running`] that is not per node.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Clock {
+    /// Horizon reached, s.
+    pub(crate) time_s: f64,
+    /// Time steps done.
+    pub(crate) steps: u64,
+    /// Horizon of the next convergence check, s.
+    pub(crate) next_check_s: f64,
+    /// Share of nodes with `V < 0` at the last check.
+    pub(crate) last_share: f64,
+    /// Checks so far, oldest first.
+    pub(crate) history: Vec<HistoryEntry>,
 }
 
 /// Solves `min{∂V/∂t + H(z, ∇V), ℓ − V} = 0`, `V(z, T) = ℓ(z)` backward from `T` on all cores.
@@ -113,7 +145,27 @@ pub fn solve<const N: usize, const NU: usize, const ND: usize>(
     settings: &SolverSettings,
     progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Solution<N>, SolveError> {
+    solve_resumable(dynamics, failure_function, grid, settings, None, progress)
+}
+
+/// As [`solve`], and continues from `checkpoint` if the file is there, to the same bits as an uninterrupted solve.
+///
+/// The file is written every [`Checkpoint::every_steps`] time steps and when `progress` stops the solve. It stays when the
+/// solve ends: remove it once the result is safe.
+///
+/// # Errors
+/// As [`solve`], and [`SolveError::Checkpoint`] if the file cannot be written, is damaged, or belongs to other dynamics,
+/// another grid or other settings.
+pub fn solve_resumable<const N: usize, const NU: usize, const ND: usize>(
+    dynamics: &impl RelativeDynamics<N, NU, ND>,
+    failure_function: &(dyn Fn(&[f64; N]) -> f64 + Sync),
+    grid: &Grid<N>,
+    settings: &SolverSettings,
+    checkpoint: Option<Checkpoint<'_>>,
+    progress: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Solution<N>, SolveError> {
     settings.validate()?;
+    refuse_what_does_not_fit(memory_needed_at_most_bytes(grid, NU + ND))?;
     let nodes = grid.node_count();
     let failure: Vec<f32> =
         (0..nodes).into_par_iter().map(|node| failure_function(&grid.state(node)) as f32).collect();
@@ -123,6 +175,7 @@ pub fn solve<const N: usize, const NU: usize, const ND: usize>(
     let coefficients = Coefficients::new(dynamics, grid, settings.dissipation)?;
     let longest_step_s = settings.cfl / coefficients.largest_rate_per_s;
     let interior = Interior::new(grid, &coefficients, settings.convergence.boundary_layer);
+    let checkpoint = checkpoint.map(|c| c.identify(grid, settings, &failure, &coefficients));
     let operator = Operator::new(coefficients, grid, settings.upwind, settings.tube);
     let mut stepper = Stepper::new(operator, settings.integrator, nodes);
     let ceiling = match settings.tube {
@@ -130,45 +183,66 @@ pub fn solve<const N: usize, const NU: usize, const ND: usize>(
         TubeForm::Freezing => None,
     };
 
-    let mut values = failure.clone();
-    let mut at_last_check = failure.clone();
-    let mut history: Vec<HistoryEntry> = Vec::new();
-    let (mut time_s, mut steps) = (0.0, 0);
-    let mut last_share = unsafe_share(&values);
+    let next_check_s =
+        |time_s: f64| (time_s + settings.convergence.check_interval_s).min(settings.max_horizon_s);
+    let resumed = checkpoint.as_ref().map_or(Ok(None), |c| c.read(nodes))?;
+    let mut running = resumed.unwrap_or_else(|| Running {
+        values: failure.clone(),
+        at_last_check: failure.clone(),
+        clock: Clock {
+            time_s: 0.0,
+            steps: 0,
+            next_check_s: next_check_s(0.0),
+            last_share: unsafe_share(&failure),
+            history: Vec::new(),
+        },
+    });
     let outcome = 'solve: loop {
-        let check_s = (time_s + settings.convergence.check_interval_s).min(settings.max_horizon_s);
-        while time_s < check_s {
+        let Running { clock: Clock { next_check_s: check_s, .. }, .. } = running;
+        while running.clock.time_s < check_s {
+            let time_s = running.clock.time_s;
             let last = check_s - time_s <= longest_step_s;
             let step_s = if last { check_s - time_s } else { longest_step_s };
-            stepper.step(&mut values, step_s, ceiling);
-            time_s = if last { check_s } else { time_s + step_s };
-            steps += 1;
-            let latest = history.last().copied();
-            let state = Progress { time_s, max_horizon_s: settings.max_horizon_s, steps, latest };
-            if progress(&state).is_break() {
+            stepper.step(&mut running.values, step_s, ceiling);
+            let clock = &mut running.clock;
+            clock.time_s = if last { check_s } else { time_s + step_s };
+            clock.steps += 1;
+            let Clock { time_s, steps, .. } = *clock;
+            let latest = clock.history.last().copied();
+            let stop = progress(&Progress { time_s, max_horizon_s: settings.max_horizon_s, steps, latest })
+                .is_break();
+            if let Some(checkpoint) = &checkpoint
+                && (stop || checkpoint.is_due(steps))
+            {
+                checkpoint.write(&running)?;
+            }
+            if stop {
                 break 'solve Outcome::Interrupted;
             }
         }
+        let Running { values, at_last_check, clock } = &mut running;
         if !values.iter().all(|v| v.is_finite()) {
-            return Err(SolveError::Diverged { time_s });
+            return Err(SolveError::Diverged { time_s: clock.time_s });
         }
         let entry = HistoryEntry {
-            time_s,
-            max_change_m: interior.max_change(&values, &at_last_check),
-            unsafe_share: unsafe_share(&values),
+            time_s: clock.time_s,
+            max_change_m: interior.max_change(values, at_last_check),
+            unsafe_share: unsafe_share(values),
         };
-        history.push(entry);
-        at_last_check.copy_from_slice(&values);
+        clock.history.push(entry);
+        at_last_check.copy_from_slice(values);
         let c = &settings.convergence;
-        let level_settled = (entry.unsafe_share - last_share).abs() < c.unsafe_share_tolerance;
+        let level_settled = (entry.unsafe_share - clock.last_share).abs() < c.unsafe_share_tolerance;
         if level_settled && c.value_tolerance_m.is_none_or(|tolerance| entry.max_change_m < tolerance) {
             break Outcome::Converged;
         }
-        if time_s >= settings.max_horizon_s {
+        if clock.time_s >= settings.max_horizon_s {
             break Outcome::HorizonReached;
         }
-        last_share = entry.unsafe_share;
+        clock.last_share = entry.unsafe_share;
+        clock.next_check_s = next_check_s(clock.time_s);
     };
+    let Running { values, clock: Clock { time_s, steps, history, .. }, .. } = running;
     if !values.iter().all(|v| v.is_finite()) {
         return Err(SolveError::Diverged { time_s });
     }
@@ -177,40 +251,4 @@ pub fn solve<const N: usize, const NU: usize, const ND: usize>(
 
 fn unsafe_share(values: &[f32]) -> f64 {
     values.iter().filter(|v| **v < 0.0).count() as f64 / values.len() as f64
-}
-
-/// The nodes away from extrapolated ends.
-struct Interior<const N: usize> {
-    grid: Grid<N>,
-    /// First and last interior index per axis.
-    range: [(usize, usize); N],
-}
-
-impl<const N: usize> Interior<N> {
-    fn new<const NU: usize, const ND: usize>(
-        grid: &Grid<N>,
-        coefficients: &Coefficients<N, NU, ND>,
-        boundary_layer: f64,
-    ) -> Self {
-        let range = std::array::from_fn(|d| {
-            let axis = grid.axes()[d];
-            // Nothing is extrapolated along an axis that closes on itself or never moves.
-            let exact = axis.periodic || coefficients.dissipation[d].is_zero();
-            let layer = if exact { 0 } else { (boundary_layer * axis.count as f64).floor() as usize };
-            (layer, axis.count - 1 - layer)
-        });
-        Self { grid: *grid, range }
-    }
-
-    fn max_change(&self, values: &[f32], before: &[f32]) -> f64 {
-        let largest = (0..values.len())
-            .into_par_iter()
-            .filter(|&node| {
-                let index = self.grid.index(node);
-                (0..N).all(|d| (self.range[d].0..=self.range[d].1).contains(&index[d]))
-            })
-            .map(|node| (values[node] - before[node]).abs())
-            .reduce(|| 0.0, f32::max);
-        f64::from(largest)
-    }
 }

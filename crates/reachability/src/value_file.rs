@@ -155,8 +155,13 @@ impl<const N: usize> ValueFunction<N> {
 
 /// Returns the SHA-256 of `values` as little-endian f32, in hexadecimal.
 pub(crate) fn sha256_of(values: &[f32]) -> String {
+    hexadecimal(&Sha256::digest(f32_bytes(values)))
+}
+
+/// Returns `bytes` in hexadecimal.
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
     use std::fmt::Write as _;
-    Sha256::digest(f32_bytes(values)).iter().fold(String::with_capacity(64), |mut hex, byte| {
+    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut hex, byte| {
         // Writing to a String cannot fail.
         let _ = write!(hex, "{byte:02x}");
         hex
@@ -171,6 +176,6 @@ fn axis_bytes(axis: &crate::Axis) -> Vec<u8> {
     (0..axis.count).flat_map(|i| axis.coordinate(i).to_le_bytes()).collect()
 }
 
-fn f32_bytes(values: &[f32]) -> Vec<u8> {
+pub(crate) fn f32_bytes(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }

@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not recognise as such
 
-use dynamics::{InputBox, UnicyclePair};
+use dynamics::{InputBox, RelativeDynamics, UnicyclePair};
 use reachability::{
     Axis, Convergence, Dissipation, Grid, Outcome, SolveError, SolverSettings, TimeIntegrator, TubeForm,
-    UpwindScheme, disc_failure_function, memory_needed_at_most_bytes, solve,
+    UpwindScheme, disc_failure_function, memory_available_bytes, memory_needed_at_most_bytes, solve,
 };
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -132,6 +132,43 @@ fn bad_settings_dynamics_and_failure_functions_are_refused() {
     let mut broken = pair();
     broken.control.max[0] = f64::INFINITY;
     assert_eq!(attempt(broken, 0.7, settings()), SolveError::NonFiniteDynamics);
+}
+
+#[test]
+fn a_grid_beyond_this_machines_memory_is_refused_before_it_is_allocated() {
+    // 10¹⁴ nodes: petabytes.
+    let vast =
+        Grid::new([Axis::bounded(-4.0, 4.0, 10_000_000), Axis::bounded(-4.0, 4.0, 10_000_000)]).unwrap();
+    let still = Still(InputBox::new([], []).unwrap());
+    let failure = disc_failure_function(0.7);
+    let error = solve(&still, &failure, &vast, &settings(), &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(matches!(error, SolveError::Memory { needed_bytes: 4_000_000_000_000_000, .. }), "{error}");
+    assert!(memory_available_bytes() > 0);
+}
+
+/// Nothing moves.
+struct Still(InputBox<0>);
+
+impl RelativeDynamics<2, 0, 0> for Still {
+    fn drift(&self, _z: &[f64; 2]) -> [f64; 2] {
+        [0.0; 2]
+    }
+
+    fn control_jacobian(&self, _z: &[f64; 2]) -> [[f64; 0]; 2] {
+        [[]; 2]
+    }
+
+    fn disturbance_jacobian(&self, _z: &[f64; 2]) -> [[f64; 0]; 2] {
+        [[]; 2]
+    }
+
+    fn control_box(&self) -> &InputBox<0> {
+        &self.0
+    }
+
+    fn disturbance_box(&self) -> &InputBox<0> {
+        &self.0
+    }
 }
 
 #[test]
