@@ -5,7 +5,9 @@ mod common;
 
 use std::collections::HashMap;
 
-use barrier::{Bounds, DynamicsKind, Expected, InputEncoding, Model, ModelFileError, ModelMismatch};
+use barrier::{
+    Bounds, DynamicsKind, Expected, InputEncoding, Model, ModelFileError, ModelMetadata, ModelMismatch,
+};
 use dynamics::InputBox;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
 
@@ -148,6 +150,62 @@ fn another_format_version_is_refused() {
     metadata.format_version = 1;
     let error = Model::new(common::random_weights(1, 1.0), metadata).unwrap_err();
     assert!(matches!(error, ModelFileError::FormatVersion { found: 1, .. }));
+}
+
+#[test]
+fn a_file_of_version_1_is_told_to_be_trained_again() {
+    // What version 1 lacked would otherwise be reported as a missing field.
+    let error = refused(&rewritten(|_, metadata| {
+        let text = metadata.get_mut("cncbf").unwrap();
+        *text =
+            text.replace("\"format_version\":2", "\"format_version\":1").replace("\"encoding\":\"raw\",", "");
+    }));
+    assert!(matches!(error, ModelFileError::FormatVersion { found: 1, supported: 2 }), "{error}");
+    assert!(error.to_string().contains("train it again"), "{error}");
+}
+
+#[test]
+fn an_encoding_that_does_not_suit_the_dynamics_is_refused() {
+    let weights = common::random_encoded_weights(InputEncoding::HeadingCosSin, 1, 1.0);
+    let metadata = ModelMetadata { encoding: InputEncoding::HeadingCosSin, ..common::quadrotor_metadata() };
+    let error = Model::new(weights, metadata).unwrap_err();
+    assert!(matches!(error, ModelFileError::MetadataValue { field: "encoding", .. }), "{error}");
+}
+
+#[test]
+fn an_encoding_that_is_not_the_weights_is_refused() {
+    let metadata =
+        ModelMetadata { encoding: InputEncoding::HeadingCosSin, ..common::ground_robot_metadata() };
+    let error = Model::new(common::random_weights(1, 1.0), metadata).unwrap_err();
+    assert!(matches!(error, ModelFileError::MetadataValue { field: "encoding", .. }), "{error}");
+}
+
+#[test]
+fn models_of_every_encoding_come_back_from_their_bytes() {
+    for (encoding, dynamics) in [
+        (InputEncoding::Raw, DynamicsKind::UnicyclePair),
+        (InputEncoding::HeadingCosSin, DynamicsKind::UnicyclePair),
+        (InputEncoding::Position, DynamicsKind::UnicycleStaticPair),
+    ] {
+        let disturbance = Bounds {
+            min: vec![-0.35; dynamics.disturbance_count()],
+            max: vec![0.35; dynamics.disturbance_count()],
+        };
+        let metadata = ModelMetadata { encoding, dynamics, disturbance, ..common::ground_robot_metadata() };
+        let model = Model::new(common::random_encoded_weights(encoding, 2, 1.0), metadata).unwrap();
+        assert_eq!(Model::from_bytes(&model.to_bytes().unwrap()).unwrap(), model);
+    }
+}
+
+#[test]
+fn what_was_verified_is_sealed_with_the_model() {
+    let record = serde_json::json!({ "failures": 0, "rollouts": 138_149, "hash": "" });
+    let verified = model().with_verification([("scenario".to_owned(), record.clone())].into()).unwrap();
+    assert_ne!(verified.metadata().hash, model().metadata().hash);
+    let read = Model::from_bytes(&verified.to_bytes().unwrap()).unwrap();
+    assert_eq!(read.metadata().verification["scenario"], record);
+    assert_eq!(read.weights(), model().weights());
+    assert_eq!(read.with_verification([].into()).unwrap(), model(), "taken away, the model is the old one");
 }
 
 #[test]

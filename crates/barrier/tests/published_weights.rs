@@ -6,7 +6,7 @@
 
 mod common;
 
-use barrier::{Kernel, Model, RelativeBarrier, RelativeObstacle, RelativeSample};
+use barrier::{Kernel, Model, ModelMetadata, RelativeBarrier, RelativeObstacle, RelativeSample};
 use common::rng;
 use rand::RngExt;
 
@@ -37,7 +37,11 @@ fn the_published_quadrotor_weights_load_and_fit_the_closed_form() {
         return;
     };
     assert!(Model::from_bytes(&bytes).is_err(), "without metadata only `from_published` takes them");
-    let model = Model::from_published(&bytes, common::quadrotor_metadata()).unwrap();
+    let stated: ModelMetadata =
+        serde_json::from_str(include_str!("../examples/quadrotor_published.json")).unwrap();
+    let model = Model::from_published(&bytes, stated).unwrap();
+    let again = Model::from_bytes(&model.to_bytes().unwrap()).unwrap();
+    assert_eq!(again, model, "with its metadata it is a model file like any other");
     let mut barrier = RelativeBarrier::new(&model, Kernel::detect()).unwrap();
 
     let mut rng = rng(1);
