@@ -10,10 +10,10 @@ const EPSILON: f32 = 1e-8;
 /// State of the optimiser for one parameter vector.
 #[derive(Debug, Clone)]
 pub(crate) struct Adam {
-    first: Vec<f32>,
-    second: Vec<f32>,
+    pub(crate) first: Vec<f32>,
+    pub(crate) second: Vec<f32>,
     /// β₁ᵗ and β₂ᵗ, in double precision: they underflow slowly.
-    powers: [f64; 2],
+    pub(crate) powers: [f64; 2],
 }
 
 impl Adam {

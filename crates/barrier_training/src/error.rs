@@ -35,19 +35,12 @@ pub enum TargetError {
     },
 }
 
-/// Why a training run gave no model.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+/// Why a training run gave no network.
+#[derive(Debug, thiserror::Error)]
 pub enum TrainError {
     /// A setting outside its range.
-    #[error("training setting `{setting}` is {value}; {expected}")]
-    Setting {
-        /// Name of the field.
-        setting: &'static str,
-        /// What it holds.
-        value: f64,
-        /// What it may hold.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Settings(#[from] settings::SettingsError),
     /// The progress callback asked to stop.
     #[error("training was stopped in epoch {epoch}; start it again to get a model")]
     Stopped {
@@ -60,4 +53,12 @@ pub enum TrainError {
         /// Epoch, from 1.
         epoch: u64,
     },
+    /// The settings ask for the barrier condition, and no game was given.
+    #[error(
+        "the settings have a table `offline.training.condition`, which needs the input boxes; give a game"
+    )]
+    NoGame,
+    /// The checkpoint cannot be used or written.
+    #[error(transparent)]
+    Checkpoint(#[from] crate::checkpoint::CheckpointError),
 }

@@ -1,11 +1,10 @@
-//! From trained parameters to a model file's contents: weights by layer, and metadata that names everything the model
-//! depends on.
+//! From a fitted network to a model of `barrier`: what the filter loads and what the file says about itself.
 //!
-//! Not here: the bytes of the file (crate `barrier`).
+//! Not here: reading and writing the file (crate `barrier`).
 
-use crate::network::{LAYERS, WIDTHS, bias_offset, offset};
-use crate::recipe::Recipe;
-use crate::report::TrainedModel;
+use crate::network::{FittedNetwork, LAYERS, Shape};
+use crate::report::TrainedNetwork;
+use crate::setup::domain;
 use barrier::{
     Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, InputEncoding, LayerWeights, Model, ModelFileError,
     ModelMetadata, NetworkWeights, TrainingRecord, WeightsError,
@@ -13,27 +12,25 @@ use barrier::{
 use dynamics::{InputBox, InputBoxError};
 use reachability::ValueFunction;
 use serde::Serialize;
-use serde_json::Value;
-use settings::TrainingSettings;
+use serde_json::{Value, json};
+use settings::{Encoding, OfflineSettings, Settings};
 use std::collections::BTreeMap;
 
-/// Why trained parameters and their value function make no model.
+/// Why a fitted network makes no model.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The value function was solved for dynamics that no filter knows.
-    #[error("the value function is for `{dynamics}`; solve for `unicycle_pair` or `double_integrator_pair`")]
+    /// The value function was solved for other dynamics than the settings'.
+    #[error(
+        "the value function is for `{found}`, the settings are for `{expected}`; run `cncbf solve` again"
+    )]
     Dynamics {
         /// Name in the value file.
-        dynamics: String,
+        found: String,
+        /// Name that the settings make it.
+        expected: DynamicsKind,
     },
-    /// The value function names another number of controls.
-    #[error("the value function has {found} controls, 2 are needed; solve again for one of the pairs")]
-    Controls {
-        /// Number of controls in the value file.
-        found: usize,
-    },
-    /// The value function's control box is empty or not finite.
-    #[error("the value function's control box is unusable: {0}")]
+    /// The control box is empty or not finite.
+    #[error("the control box is unusable: {0}")]
     ControlBox(#[from] InputBoxError),
     /// The parameters are not those of the network.
     #[error(transparent)]
@@ -46,35 +43,44 @@ pub enum ExportError {
     Json(#[from] serde_json::Error),
 }
 
-/// The model of `trained`, which was fitted to `value` with `settings` and `recipe`. The same arguments give the same
-/// bytes.
+/// What a network was fitted to.
+pub(crate) struct Source<'a> {
+    pub(crate) settings: &'a Settings,
+    pub(crate) offline: &'a OfflineSettings,
+    pub(crate) dynamics: DynamicsKind,
+    /// The fitted value function; absent where it is a closed form.
+    pub(crate) value: Option<&'a ValueFunction>,
+    /// The value function the errors are against, where it is another.
+    pub(crate) truth: Option<&'a ValueFunction>,
+}
+
+/// The model of `trained`. It states the true input boxes, which the filter works with; the boxes that were solved, if they
+/// differ, stand in the details of its training. The same arguments give the same bytes.
 ///
 /// # Errors
-/// [`ExportError`] where the value function is not for a pair the filter knows, or numbers are not finite.
-pub fn to_model(
-    value: &ValueFunction,
-    trained: &TrainedModel,
-    settings: &TrainingSettings,
-    recipe: &Recipe,
-) -> Result<Model, ExportError> {
-    let source = value.metadata();
-    let problem = &source.problem;
-    let dynamics: DynamicsKind = serde_json::from_value(Value::String(problem.dynamics.clone()))
-        .map_err(|_| ExportError::Dynamics { dynamics: problem.dynamics.clone() })?;
-    let components = |limits: &[f64]| {
-        <[f64; 2]>::try_from(limits).map_err(|_| ExportError::Controls { found: limits.len() })
-    };
-    let axes = value.grid().axes();
-    let mut solver = record(&source.solver)?;
-    solver.insert("horizon_s".to_owned(), serde_json::to_value(source.horizon_s)?);
-    solver.insert("outcome".to_owned(), serde_json::to_value(source.outcome)?);
+/// [`ExportError`] where the value function is of other dynamics, or numbers are not finite.
+pub(crate) fn to_model(source: &Source<'_>, trained: &TrainedNetwork) -> Result<Model, ExportError> {
+    let (robot, obstacle) = (&source.settings.robot, &source.settings.obstacle);
+    let axes = source.value.map_or_else(|| domain(source.offline), |value| *value.grid().axes());
+    let (mut solver, mut value_sha256) = (BTreeMap::new(), String::new());
+    if let Some(value) = source.value {
+        let metadata = value.metadata();
+        let found = &metadata.problem.dynamics;
+        if *found != source.dynamics.to_string() {
+            return Err(ExportError::Dynamics { found: found.clone(), expected: source.dynamics });
+        }
+        solver = record(&metadata.solver)?;
+        solver.insert("horizon_s".to_owned(), serde_json::to_value(metadata.horizon_s)?);
+        solver.insert("outcome".to_owned(), serde_json::to_value(metadata.outcome)?);
+        value_sha256.clone_from(&metadata.value_sha256);
+    }
     let metadata = ModelMetadata {
         format_version: FORMAT_VERSION,
-        dynamics,
-        encoding: InputEncoding::Raw,
-        control: InputBox::new(components(&problem.control.min)?, components(&problem.control.max)?)?,
-        disturbance: Bounds { min: problem.disturbance.min.clone(), max: problem.disturbance.max.clone() },
-        failure_radius_m: problem.failure_radius_m,
+        dynamics: source.dynamics,
+        encoding: input_encoding(trained.network.encoding),
+        control: InputBox::new(robot.control_min, robot.control_max)?,
+        disturbance: Bounds { min: obstacle.disturbance_min.clone(), max: obstacle.disturbance_max.clone() },
+        failure_radius_m: source.settings.failure_radius_m(),
         grid: GridRecord {
             min: axes.map(|a| a.min),
             max: axes.map(|a| a.max),
@@ -82,30 +88,43 @@ pub fn to_model(
             periodic: axes.map(|a| a.periodic),
         },
         solver,
-        training: training_record(trained, settings, recipe)?,
+        training: training_record(source, trained)?,
         verification: BTreeMap::new(),
-        value_sha256: source.value_sha256.clone(),
+        value_sha256,
         hash: String::new(),
     };
-    Ok(Model::new(weights(&trained.parameters)?, metadata)?)
+    Ok(Model::new(weights(&trained.network)?, metadata)?)
 }
 
-fn training_record(
-    trained: &TrainedModel,
-    settings: &TrainingSettings,
-    recipe: &Recipe,
-) -> Result<TrainingRecord, ExportError> {
+fn training_record(source: &Source<'_>, trained: &TrainedNetwork) -> Result<TrainingRecord, ExportError> {
     let report = &trained.report;
     let fit = &report.fit;
-    let details = BTreeMap::from([
-        ("settings".to_owned(), serde_json::to_value(settings)?),
-        ("recipe".to_owned(), serde_json::to_value(recipe)?),
+    let solved = source.settings.training_game();
+    let errors_against = match (source.value, source.truth) {
+        (None, _) => "closed form of the true game, random states",
+        (Some(_), Some(_)) => "nodes of the true game's grid",
+        (Some(_), None) => "nodes of the fitted grid",
+    };
+    let mut details = BTreeMap::from([
+        ("settings".to_owned(), serde_json::to_value(&source.offline.training)?),
         ("fit".to_owned(), serde_json::to_value(fit)?),
+        ("errors_against".to_owned(), json!(errors_against)),
         ("final_loss_m2".to_owned(), serde_json::to_value(report.loss_history.last())?),
     ]);
+    if let Some(condition) = &report.condition {
+        details.insert("condition".to_owned(), serde_json::to_value(condition)?);
+    }
+    if let Some(slack) = &source.offline.slack {
+        details.insert("slack".to_owned(), serde_json::to_value(slack)?);
+        let boxes = json!({
+            "control": { "min": solved.control_min, "max": solved.control_max },
+            "disturbance": { "min": solved.disturbance_min, "max": solved.disturbance_max },
+        });
+        details.insert("solved_game".to_owned(), boxes);
+    }
     Ok(TrainingRecord {
         epochs: report.epochs,
-        seed: settings.seed,
+        seed: source.offline.training.seed,
         samples: report.samples_per_epoch as u64,
         error_mean_m: fit.outside.mean_m,
         error_p99_m: fit.outside.p99_m,
@@ -120,20 +139,31 @@ fn record(value: &impl Serialize) -> Result<BTreeMap<String, Value>, serde_json:
     serde_json::from_value(serde_json::to_value(value)?)
 }
 
-fn weights(parameters: &[f32]) -> Result<NetworkWeights, WeightsError> {
-    let layers = (0..LAYERS).map(|layer| LayerWeights {
-        weight: parameters[offset(layer)..bias_offset(layer)].to_vec(),
-        bias: parameters[bias_offset(layer)..][..WIDTHS[layer + 1]].to_vec(),
-    });
-    NetworkWeights::new(InputEncoding::Raw, layers.collect())
+const fn input_encoding(encoding: Encoding) -> InputEncoding {
+    match encoding {
+        Encoding::Raw => InputEncoding::Raw,
+        Encoding::HeadingCosSin => InputEncoding::HeadingCosSin,
+        Encoding::Position => InputEncoding::Position,
+    }
 }
 
-/// The flat parameters of a model, layout of [`crate::network`].
-pub fn parameters_of(model: &Model) -> Vec<f32> {
-    model
-        .weights()
-        .layers()
-        .iter()
-        .flat_map(|layer| layer.weight.iter().chain(&layer.bias).copied())
-        .collect()
+fn weights(network: &FittedNetwork) -> Result<NetworkWeights, WeightsError> {
+    let (shape, parameters) = (Shape::of(network.encoding), &network.parameters);
+    let layers = (0..LAYERS).map(|layer| LayerWeights {
+        weight: parameters[shape.offset(layer)..shape.bias_offset(layer)].to_vec(),
+        bias: parameters[shape.bias_offset(layer)..][..shape.output(layer)].to_vec(),
+    });
+    NetworkWeights::new(input_encoding(network.encoding), layers.collect())
+}
+
+/// The network of a model, to measure it or to compare it.
+pub fn network_of(model: &Model) -> FittedNetwork {
+    let encoding = match model.weights().encoding() {
+        InputEncoding::Raw => Encoding::Raw,
+        InputEncoding::HeadingCosSin => Encoding::HeadingCosSin,
+        InputEncoding::Position => Encoding::Position,
+    };
+    let layers = model.weights().layers().iter();
+    let parameters = layers.flat_map(|layer| layer.weight.iter().chain(&layer.bias).copied()).collect();
+    FittedNetwork { encoding, parameters }
 }

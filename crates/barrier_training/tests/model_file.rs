@@ -3,20 +3,19 @@
 // Helpers of tests may unwrap like the tests themselves.
 #![allow(clippy::unwrap_used)]
 
-use barrier::{DynamicsKind, Kernel, Model, NetworkBatch, ResidualNetwork};
+use barrier::{DynamicsKind, InputEncoding, Kernel, Model, NetworkBatch, ResidualNetwork};
 use barrier_training::{
-    ExportError, Recipe, ResidualGrid, TrainedModel, barrier_condition, evaluate, fit_error, parameters_of,
-    to_model, train,
+    Judge, ResidualGrid, TrainSettingsError, Trained, Values, barrier_condition, evaluate, fit_error, game,
+    network_of, train_settings,
 };
 use dynamics::{InputBox, UnicyclePair};
-use reachability::{
-    Axis, Convergence, Dissipation, Grid, ProblemDescription, SolverSettings, TimeIntegrator, TubeForm,
-    UpwindScheme, ValueFunction, disc_failure_function, solve,
-};
-use settings::TrainingSettings;
-use std::f64::consts::PI;
+use reachability::{ValueFunction, solve_settings};
+use settings::{Encoding, SampleSettings, Settings, SlackSettings, TargetSource, TrainingSettings};
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::OnceLock;
+
+use std::f64::consts::PI;
 
 const RADIUS_M: f64 = 0.7;
 
@@ -27,62 +26,45 @@ fn pair() -> UnicyclePair {
     }
 }
 
-/// A value function far coarser than any in use.
-fn coarse_value(dynamics: &str) -> ValueFunction {
-    let grid = Grid::new([
-        Axis::bounded(-4.0, 4.0, 14),
-        Axis::bounded(-4.0, 4.0, 14),
-        Axis::periodic(-PI, PI, 10),
-        Axis::bounded(0.0, 1.5, 4),
-    ])
-    .unwrap();
-    let settings = SolverSettings {
-        upwind: UpwindScheme::FirstOrder,
-        integrator: TimeIntegrator::Euler,
-        dissipation: Dissipation::ReachableSpeed,
-        tube: TubeForm::Variational,
-        cfl: 0.75,
-        max_horizon_s: 1.0,
-        convergence: Convergence {
-            check_interval_s: 0.5,
-            unsafe_share_tolerance: 0.0,
-            value_tolerance_m: None,
-            boundary_layer: 0.0,
-        },
-    };
-    let failure = disc_failure_function(RADIUS_M);
-    let solution = solve(&pair(), &failure, &grid, &settings, &mut |_| ControlFlow::Continue(())).unwrap();
-    let problem = ProblemDescription {
-        dynamics: dynamics.to_owned(),
-        control: (&pair().control).into(),
-        disturbance: (&pair().disturbance).into(),
-        failure_radius_m: RADIUS_M,
-    };
-    ValueFunction::new(solution, problem)
-}
-
-fn settings() -> TrainingSettings {
-    TrainingSettings {
-        seed: 8,
+/// The shipped settings on a grid far coarser than any in use, and a short fit.
+fn settings(encoding: Encoding) -> Settings {
+    let text = include_str!("../../../config/ground_robot_paper.toml");
+    let mut settings = Settings::parse(text, Path::new("test.toml"), Path::new("")).unwrap();
+    let offline = settings.offline.as_mut().unwrap();
+    (offline.grid.min, offline.grid.max) = ([-4.0, -4.0, -PI, 0.0], [4.0, 4.0, PI, 1.5]);
+    offline.grid.count = [14, 14, 10, 4];
+    offline.solver.accuracy = settings::Accuracy::Low;
+    offline.solver.max_horizon_s = 1.0;
+    offline.solver.unsafe_share_tolerance = 0.0;
+    offline.training = TrainingSettings {
         epochs: 4,
         batch_size: 512,
         learning_rate: 8e-3,
         final_learning_rate: 1e-4,
         margin_m: 0.0,
-    }
+        encoding,
+        samples: SampleSettings { count: 1 << 14, ..SampleSettings::default() },
+        ..offline.training.clone()
+    };
+    settings
 }
 
-fn recipe() -> Recipe {
-    Recipe { pool_samples: 1 << 14, ..Recipe::default() }
+fn solve(settings: &Settings) -> ValueFunction {
+    solve_settings(settings, &mut |_| ControlFlow::Continue(())).unwrap()
+}
+
+fn fit(settings: &Settings, values: Values<'_>) -> Result<Trained, TrainSettingsError> {
+    train_settings(settings, values, None, &mut |_| ControlFlow::Continue(()))
 }
 
 /// Solved and trained once for all tests of this file.
-fn trained() -> &'static (ValueFunction, ResidualGrid, TrainedModel) {
-    static TRAINED: OnceLock<(ValueFunction, ResidualGrid, TrainedModel)> = OnceLock::new();
+fn trained() -> &'static (ValueFunction, ResidualGrid, Trained) {
+    static TRAINED: OnceLock<(ValueFunction, ResidualGrid, Trained)> = OnceLock::new();
     TRAINED.get_or_init(|| {
-        let value = coarse_value("unicycle_pair");
+        let settings = settings(Encoding::HeadingCosSin);
+        let value = solve(&settings);
         let target = ResidualGrid::try_from(&value).unwrap();
-        let trained = train(&target, &settings(), &recipe(), &mut |_| ControlFlow::Continue(())).unwrap();
+        let trained = fit(&settings, Values { solved: Some(&value), truth: None }).unwrap();
         (value, target, trained)
     })
 }
@@ -90,26 +72,34 @@ fn trained() -> &'static (ValueFunction, ResidualGrid, TrainedModel) {
 #[test]
 fn the_file_carries_the_weights_and_all_they_depend_on() {
     let (value, target, trained) = trained();
-    let model = to_model(value, trained, &settings(), &recipe()).unwrap();
-    let read = Model::from_bytes(&model.to_bytes().unwrap()).unwrap();
-    assert_eq!(parameters_of(&read), trained.parameters);
+    let read = Model::from_bytes(&trained.model.to_bytes().unwrap()).unwrap();
     let metadata = read.metadata();
     assert_eq!(metadata.dynamics, DynamicsKind::UnicyclePair);
+    assert_eq!(metadata.encoding, InputEncoding::HeadingCosSin);
     assert_eq!((metadata.control, metadata.failure_radius_m), (pair().control, RADIUS_M));
     assert_eq!(metadata.disturbance.max, [0.35]);
     assert_eq!((metadata.grid.count, metadata.grid.periodic), ([14, 14, 10, 4], [false, false, true, false]));
     assert_eq!(metadata.value_sha256, value.metadata().value_sha256);
     assert_eq!(metadata.solver["horizon_s"], 1.0);
     assert_eq!(metadata.training.details["settings"]["learning_rate"], 8e-3);
-    assert_eq!(metadata.training.details["recipe"]["pool_samples"], 1 << 14);
-    assert_eq!(metadata.training.error_mean_m, fit_error(target, &parameters_of(&read)).outside.mean_m);
+    assert_eq!(metadata.training.details["settings"]["samples"]["count"], 1 << 14);
+    let fit = fit_error(&Judge::of_grid(target), &network_of(&read));
+    assert_eq!(fit, trained.report.fit);
+    assert_eq!(metadata.training.error_mean_m, fit.outside.mean_m);
+    assert!(fit.seam_max_m < 1e-6, "cosine and sine leave no seam: {} m", fit.seam_max_m);
+}
+
+#[test]
+fn the_raw_heading_leaves_a_seam_and_the_report_says_how_large() {
+    let settings = settings(Encoding::Raw);
+    let raw = fit(&settings, Values { solved: Some(&trained().0), truth: None }).unwrap();
+    assert!(raw.report.fit.seam_max_m > 1e-4, "{} m", raw.report.fit.seam_max_m);
 }
 
 #[test]
 fn the_filters_network_agrees_with_the_trained_one() {
-    let (value, target, trained) = trained();
-    let model = to_model(value, trained, &settings(), &recipe()).unwrap();
-    let mut network = ResidualNetwork::new(model.weights(), Kernel::detect()).unwrap();
+    let (_, target, trained) = trained();
+    let mut network = ResidualNetwork::new(trained.model.weights(), Kernel::detect()).unwrap();
     let nodes = (0..target.node_count()).step_by(target.node_count() / 64).take(64);
     let states: Vec<[f32; 4]> = nodes.map(|node| target.state(node).map(|c| c as f32)).collect();
     let mut batch = NetworkBatch::new();
@@ -118,7 +108,8 @@ fn the_filters_network_agrees_with_the_trained_one() {
         batch.set_state(index, state);
     }
     network.evaluate(&mut batch);
-    for (index, (residual, gradient)) in evaluate(&trained.parameters, &states).into_iter().enumerate() {
+    let fitted = evaluate(&network_of(&trained.model), &states);
+    for (index, (residual, gradient)) in fitted.into_iter().enumerate() {
         assert!((batch.residual(index) - residual).abs() < 1e-5);
         for k in 0..4 {
             assert!((batch.gradient(index)[k] - gradient[k]).abs() < 1e-4);
@@ -129,26 +120,58 @@ fn the_filters_network_agrees_with_the_trained_one() {
 #[test]
 fn the_barrier_condition_is_counted_where_the_fit_is_safe() {
     let (_, target, trained) = trained();
-    let loose = barrier_condition(target, &trained.parameters, &pair(), 100.0);
-    let tight = barrier_condition(target, &trained.parameters, &pair(), 0.0);
-    let states: Vec<[f32; 4]> =
-        (0..target.node_count()).map(|node| target.state(node).map(|c| c as f32)).collect();
-    let fitted = evaluate(&trained.parameters, &states);
-    let safe = fitted.iter().enumerate().filter(|(node, (residual, _))| {
-        let z = target.state(*node);
-        z[0].hypot(z[1]) - RADIUS_M - f64::from(*residual) >= 0.0
+    let (network, judge) = (network_of(&trained.model), Judge::of_grid(target));
+    let condition =
+        |pair: UnicyclePair, alpha| barrier_condition(&judge.states, &network, RADIUS_M, &*game(pair), alpha);
+    let (loose, tight) = (condition(pair(), 100.0), condition(pair(), 0.0));
+    let states: Vec<[f32; 4]> = judge.states.iter().map(|z| z.map(|c| c as f32)).collect();
+    let fitted = evaluate(&network, &states);
+    let safe = judge.states.iter().zip(&fitted).filter(|(z, (residual, _))| {
+        let failure = z[0].hypot(z[1]) - RADIUS_M;
+        failure > 0.0 && failure - f64::from(*residual) >= 0.0
     });
-    assert_eq!(loose.nodes, safe.count());
+    assert_eq!(loose.states, safe.count());
     assert!(loose.violated_share < tight.violated_share && loose.worst_mps > tight.worst_mps);
     // An obstacle that may turn without limit cannot make the condition easier to meet.
     let stronger = UnicyclePair { disturbance: InputBox::new([-2.0], [2.0]).unwrap(), ..pair() };
-    let worse = barrier_condition(target, &trained.parameters, &stronger, 0.0);
+    let worse = condition(stronger, 0.0);
     assert!(worse.violated_share > tight.violated_share && worse.worst_mps < tight.worst_mps);
 }
 
 #[test]
-fn a_value_function_for_unknown_dynamics_is_refused() {
-    let value = coarse_value("bicycle_pair");
-    let refused = to_model(&value, &trained().2, &settings(), &recipe());
-    assert!(matches!(refused, Err(ExportError::Dynamics { dynamics }) if dynamics == "bicycle_pair"));
+fn a_model_of_a_stricter_game_states_the_true_boxes_and_is_measured_against_the_true_value() {
+    let mut strict = settings(Encoding::HeadingCosSin);
+    let slack = SlackSettings { control_scale: 0.5, disturbance_scale: 2.0 };
+    strict.offline.as_mut().unwrap().slack = Some(slack);
+    let (truth, _, plain) = trained();
+    let solved = solve(&strict);
+    let model = fit(&strict, Values { solved: Some(&solved), truth: Some(truth) }).unwrap();
+    let metadata = model.model.metadata();
+    assert_eq!((metadata.control, &metadata.disturbance.max[..]), (pair().control, &[0.35][..]));
+    let details = &metadata.training.details;
+    assert_eq!(details["slack"]["control_scale"], 0.5);
+    assert_eq!(details["solved_game"]["disturbance"]["max"][0], 0.7);
+    assert_eq!(metadata.value_sha256, solved.metadata().value_sha256);
+    let (bias, plain) = (model.report.fit.near_zero.bias_m, plain.report.fit.near_zero.bias_m);
+    assert!(bias < plain - 0.05, "{bias} m against the true value, {plain} m without slack");
+
+    let refused = fit(&strict, Values { solved: Some(truth), truth: None }).unwrap_err();
+    assert!(matches!(refused, TrainSettingsError::OtherGame { which: "solved", .. }), "{refused}");
+}
+
+#[test]
+fn a_closed_form_is_fitted_without_a_grid_and_only_for_double_integrators() {
+    let text = include_str!("../../../config/quadrotor_paper.toml");
+    let mut quadrotor = Settings::parse(text, Path::new("test.toml"), Path::new("")).unwrap();
+    let training = &mut quadrotor.offline.as_mut().unwrap().training;
+    (training.epochs, training.samples.count) = (1, 1 << 12);
+    let model = fit(&quadrotor, Values::default()).unwrap().model;
+    let metadata = model.metadata();
+    assert_eq!((metadata.dynamics, metadata.value_sha256.as_str()), (DynamicsKind::DoubleIntegratorPair, ""));
+    assert_eq!((metadata.grid.min[3], metadata.encoding), (-3.5, InputEncoding::Raw));
+
+    let mut ground = settings(Encoding::Raw);
+    assert!(matches!(fit(&ground, Values::default()), Err(TrainSettingsError::NoValue)));
+    ground.offline.as_mut().unwrap().training.target = TargetSource::ClosedForm;
+    assert!(matches!(fit(&ground, Values::default()), Err(TrainSettingsError::NoClosedForm)));
 }

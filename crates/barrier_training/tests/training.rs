@@ -3,9 +3,11 @@
 // Helpers of tests may unwrap like the tests themselves.
 #![allow(clippy::unwrap_used)]
 
-use barrier_training::{Progress, Recipe, ResidualGrid, TrainError, evaluate, failure_function, train};
+use barrier_training::{
+    Job, Judge, Progress, ResidualGrid, Target, TrainError, TrainedNetwork, evaluate, failure_function, train,
+};
 use reachability::{Axis, Grid};
-use settings::TrainingSettings;
+use settings::{SampleSettings, TrainingSettings};
 use std::ops::ControlFlow;
 
 const RADIUS_M: f64 = 0.7;
@@ -38,31 +40,37 @@ fn target(nodes: [usize; 2]) -> ResidualGrid {
     ResidualGrid::new(grid, &value, RADIUS_M).unwrap()
 }
 
-fn settings(epochs: u64) -> TrainingSettings {
-    TrainingSettings {
-        seed: 3,
-        epochs,
-        batch_size: 512,
-        learning_rate: 8e-3,
-        final_learning_rate: 1e-4,
-        margin_m: 0.0,
-    }
+fn settings(epochs: u64, samples: usize) -> TrainingSettings {
+    let text = format!(
+        r#"{{ "seed": 3, "epochs": {epochs}, "batch_size": 512, "learning_rate": 8e-3,
+            "final_learning_rate": 1e-4, "margin_m": 0.0, "samples": {{ "count": {samples} }} }}"#
+    );
+    serde_json::from_str(&text).unwrap()
 }
 
 fn go(_: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
+fn fit(
+    grid: &ResidualGrid,
+    settings: &TrainingSettings,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<TrainedNetwork, TrainError> {
+    let judge = Judge::of_grid(grid);
+    let job = Job { target: Target::Grid(grid), judge: &judge, game: None, settings, checkpoint: None };
+    train(&job, progress)
+}
+
 #[test]
 fn fits_the_closed_form_of_the_quadrotor_pair() {
     let target = target([24, 9]);
-    let recipe = Recipe { pool_samples: 1 << 16, ..Recipe::default() };
     let mut losses = Vec::new();
     let mut watch = |p: Progress| {
         losses.push(p.loss);
         ControlFlow::Continue(())
     };
-    let trained = train(&target, &settings(16), &recipe, &mut watch).unwrap();
+    let trained = fit(&target, &settings(16, 1 << 16), &mut watch).unwrap();
     assert_eq!(losses, trained.report.loss_history);
     assert!(losses[15] < 0.1 * losses[0], "{losses:?}");
     let fit = trained.report.fit;
@@ -86,7 +94,7 @@ fn fits_the_closed_form_of_the_quadrotor_pair() {
         })
         .collect();
     let (mut sum, mut count) = (0.0, 0);
-    for (z, (residual, _)) in states.iter().zip(evaluate(&trained.parameters, &states)) {
+    for (z, (residual, _)) in states.iter().zip(evaluate(&trained.network, &states)) {
         assert!(residual >= 0.0);
         let z = z.map(f64::from);
         let failure = failure_function(&z, RADIUS_M);
@@ -102,10 +110,9 @@ fn fits_the_closed_form_of_the_quadrotor_pair() {
 #[test]
 fn a_margin_lowers_the_value_by_about_itself() {
     let target = target([16, 7]);
-    let recipe = Recipe { pool_samples: 1 << 14, overestimate_weight: 0.0, ..Recipe::default() };
     let bias = |margin_m| {
-        let settings = TrainingSettings { margin_m, ..settings(10) };
-        train(&target, &settings, &recipe, &mut go).unwrap().report.fit.near_zero.bias_m
+        let settings = TrainingSettings { margin_m, overestimate_weight: 0.0, ..settings(10, 1 << 14) };
+        fit(&target, &settings, &mut go).unwrap().report.fit.near_zero.bias_m
     };
     let shift = bias(0.1) - bias(0.0);
     assert!((-0.13..-0.07).contains(&shift), "{shift} m");
@@ -114,13 +121,12 @@ fn a_margin_lowers_the_value_by_about_itself() {
 #[test]
 fn neither_threads_nor_repetition_change_a_bit_but_the_seed_does() {
     let target = target([16, 7]);
-    let recipe = Recipe { pool_samples: 1 << 13, ..Recipe::default() };
     let bits = |threads, seed| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         // Four blocks to a batch: the sum of two would not show its order.
-        let settings = TrainingSettings { seed, batch_size: 1024, ..settings(2) };
-        let trained = pool.install(|| train(&target, &settings, &recipe, &mut go)).unwrap();
-        trained.parameters.iter().map(|p| p.to_bits()).collect::<Vec<_>>()
+        let settings = TrainingSettings { seed, batch_size: 1024, ..settings(2, 1 << 13) };
+        let trained = pool.install(|| fit(&target, &settings, &mut go)).unwrap();
+        trained.network.parameters.iter().map(|p| p.to_bits()).collect::<Vec<_>>()
     };
     let first = bits(1, 3);
     assert_eq!(first, bits(1, 3));
@@ -130,20 +136,18 @@ fn neither_threads_nor_repetition_change_a_bit_but_the_seed_does() {
 
 #[test]
 fn progress_can_stop_a_run() {
-    let recipe = Recipe { pool_samples: 512, ..Recipe::default() };
     let mut stop =
         |p: Progress| if p.epoch == 2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let stopped = train(&target([8, 5]), &settings(5), &recipe, &mut stop);
-    assert_eq!(stopped.unwrap_err(), TrainError::Stopped { epoch: 2 });
+    let stopped = fit(&target([8, 5]), &settings(5, 512), &mut stop);
+    assert!(matches!(stopped, Err(TrainError::Stopped { epoch: 2 })));
 }
 
 #[test]
 fn a_learning_rate_beyond_reason_is_reported_as_divergence() {
     // A rate that only rises: the fit is good at first and lost in the end.
-    let recipe = Recipe { pool_samples: 1 << 14, warm_up_share: 1.0, ..Recipe::default() };
     for learning_rate in [0.3, 1e38] {
-        let wild = TrainingSettings { learning_rate, ..settings(12) };
-        let diverged = train(&target([8, 5]), &wild, &recipe, &mut go).map(|trained| trained.report);
+        let wild = TrainingSettings { learning_rate, warm_up_share: 1.0, ..settings(12, 1 << 14) };
+        let diverged = fit(&target([8, 5]), &wild, &mut go).map(|trained| trained.report);
         assert!(matches!(diverged, Err(TrainError::Diverged { .. })), "{learning_rate}: {diverged:?}");
     }
 }
@@ -151,17 +155,20 @@ fn a_learning_rate_beyond_reason_is_reported_as_divergence() {
 #[test]
 fn settings_out_of_range_are_named() {
     let target = target([8, 5]);
-    let named = |settings: TrainingSettings, recipe: Recipe| match train(&target, &settings, &recipe, &mut go)
-    {
-        Err(TrainError::Setting { setting, .. }) => setting,
+    let named = |settings: TrainingSettings| match fit(&target, &settings, &mut go) {
+        Err(TrainError::Settings(error)) => error.to_string(),
         other => panic!("{other:?}"),
     };
-    let recipe = Recipe::default();
-    assert_eq!(named(settings(0), recipe), "epochs");
-    assert_eq!(named(TrainingSettings { batch_size: 300, ..settings(1) }, recipe), "batch_size");
-    assert_eq!(named(TrainingSettings { learning_rate: f64::NAN, ..settings(1) }, recipe), "learning_rate");
-    assert_eq!(named(TrainingSettings { margin_m: -0.1, ..settings(1) }, recipe), "margin_m");
-    assert_eq!(named(settings(1), Recipe { huber_m: 0.0, ..recipe }), "huber_m");
-    let shares = Recipe { share_near: 0.9, share_active: 0.3, ..recipe };
-    assert_eq!(named(settings(1), shares), "share_near + share_active + share_inside");
+    let base = settings(1, 512);
+    let refused = |key: &str, settings: TrainingSettings| {
+        let message = named(settings);
+        assert!(message.starts_with(&format!("offline.training.{key} = ")), "{key}: {message}");
+    };
+    refused("epochs", TrainingSettings { epochs: 0, ..base.clone() });
+    refused("batch_size", TrainingSettings { batch_size: 300, ..base.clone() });
+    refused("learning_rate", TrainingSettings { learning_rate: f64::NAN, ..base.clone() });
+    refused("margin_m", TrainingSettings { margin_m: -0.1, ..base.clone() });
+    refused("huber_m", TrainingSettings { huber_m: 0.0, ..base.clone() });
+    let samples = SampleSettings { share_near: 0.9, share_active: 0.3, ..base.samples };
+    refused("samples.share_near + share_active + share_inside", TrainingSettings { samples, ..base });
 }
