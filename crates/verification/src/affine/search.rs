@@ -1,0 +1,218 @@
+//! Branch and bound over the region: which cells are settled, which are cut, and in what order.
+//!
+//! The cell with the lowest bound comes first, so the search may end at any time with the best statement it can make.
+//! Beyond [`MOST_WAITING`] cells it goes depth first until the list has shrunk, so memory stays bounded.
+
+use std::collections::BinaryHeap;
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+
+use super::cell::{Cell, MOST_HALVINGS};
+use super::enclosure::{BoxCondition, Enclosure};
+use super::form::AXES;
+use super::question::AffineSettings;
+
+/// Cells examined between two looks at what was found.
+const WAVE: usize = 8_192;
+/// Cells of one task.
+const TASK: usize = 128;
+/// Waiting cells beyond which the search goes depth first, 40 bytes each.
+const MOST_WAITING: usize = 4_000_000;
+/// `h̄` from which on a state counts as inside the set in spite of rounding, m.
+const SURELY_INSIDE_M: f64 = 1e-9;
+
+/// A state at which the condition was evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Witness {
+    /// Relative state.
+    pub z: [f64; AXES],
+    /// `h̄` there, m.
+    pub barrier_m: f64,
+    /// `C` there, m/s.
+    pub condition_mps: f64,
+}
+
+/// What the settled cells add up to; shares in units of `2⁻⁶²` of the region.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tally {
+    pub(crate) boxes: u64,
+    /// Cells without a state of the set: failure, or `h̄ < 0`.
+    pub(crate) outside: u64,
+    /// Cells where `C ≥ −ε` is proven.
+    pub(crate) proven: u64,
+    /// Cells put aside with a bound below `−ε`: after a counterexample, or too small to be cut.
+    pub(crate) aside: u64,
+    /// Lowest bound among the latter.
+    pub(crate) aside_lower: f64,
+    /// Lowest `C` met at a centre where `h̄ ≥ 0 < ℓ`.
+    pub(crate) worst: Option<Witness>,
+}
+
+/// A search under way.
+pub(crate) struct Search<'a> {
+    pub(crate) condition: &'a BoxCondition,
+    pub(crate) settings: &'a AffineSettings,
+    pub(crate) waiting: BinaryHeap<Cell>,
+    /// Cells of a depth-first stretch, last in first out.
+    pub(crate) stack: Vec<Cell>,
+    pub(crate) tally: Tally,
+    /// Sensitivity per axis, 1 per unit: cells are cut where half-width times this is largest.
+    gains: [f64; AXES],
+}
+
+/// Where a search stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AffineProgress {
+    /// Boxes examined so far, earlier runs included.
+    pub boxes: u64,
+    /// Share of the region that is settled, 0 to 1.
+    pub settled_share: f64,
+    /// Share of the region proven for the `ε` asked for, or without a state of the safe set, 0 to 1.
+    pub proven_share: f64,
+    /// Cells waiting.
+    pub open_boxes: usize,
+    /// `ε` that would hold if the search ended now, m/s; infinite before the first bound.
+    pub provable_epsilon_mps: f64,
+    /// Lowest `C` met so far.
+    pub worst: Option<Witness>,
+}
+
+impl<'a> Search<'a> {
+    /// Starts with the whole region waiting.
+    pub(crate) fn new(
+        condition: &'a BoxCondition,
+        settings: &'a AffineSettings,
+        gains: [f64; AXES],
+    ) -> Self {
+        let tally =
+            Tally { boxes: 0, outside: 0, proven: 0, aside: 0, aside_lower: f64::INFINITY, worst: None };
+        let waiting = BinaryHeap::from([Cell::WHOLE]);
+        Self { condition, settings, waiting, stack: Vec::new(), tally, gains }
+    }
+
+    /// Works until nothing is left, the budget is spent or `on_wave` breaks; `on_wave` sees every wave.
+    pub(crate) fn run<E>(
+        &mut self,
+        on_wave: &mut dyn FnMut(&Self) -> Result<ControlFlow<()>, E>,
+    ) -> Result<(), E> {
+        while !(self.waiting.is_empty() && self.stack.is_empty()) {
+            let left = self.settings.boxes.saturating_sub(self.tally.boxes);
+            if left == 0 {
+                break;
+            }
+            self.wave(WAVE.min(usize::try_from(left).unwrap_or(WAVE)));
+            if on_wave(self)?.is_break() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Examines the next `count` cells at most.
+    fn wave(&mut self, count: usize) {
+        let depth_first = !self.stack.is_empty() || self.waiting.len() >= MOST_WAITING;
+        let mut cells = Vec::with_capacity(count);
+        while cells.len() < count {
+            let next = if depth_first { self.stack.pop() } else { None };
+            // A stretch of depth first starts with the worst cells and then feeds on its own.
+            let next = match next {
+                Some(cell) => Some(cell),
+                None if depth_first && !cells.is_empty() => None,
+                None => self.waiting.pop(),
+            };
+            let Some(cell) = next else { break };
+            cells.push(cell);
+        }
+        let region = self.settings.region;
+        let enclosures: Vec<Enclosure> = cells
+            .par_chunks(TASK)
+            .flat_map_iter(|cells| {
+                let boxes: Vec<_> = cells.iter().map(|cell| cell.centred(&region)).collect();
+                self.condition.enclose(&boxes)
+            })
+            .collect();
+        for (cell, enclosure) in cells.iter().zip(&enclosures) {
+            self.settle(cell, enclosure, depth_first);
+        }
+        self.tally.boxes += cells.len() as u64;
+    }
+
+    /// Books one cell, or cuts it.
+    fn settle(&mut self, cell: &Cell, enclosure: &Enclosure, depth_first: bool) {
+        if enclosure.failure_upper_m <= 0.0 || enclosure.barrier.upper_bound() < 0.0 {
+            self.tally.outside += cell.share();
+            return;
+        }
+        let centred = cell.centred(&self.settings.region);
+        self.note(&centred.centre, enclosure);
+        // No number proves nothing; what the larger cell proved holds for its parts.
+        let own = enclosure.condition_lower();
+        let lower = if own > cell.lower { own } else { cell.lower };
+        if lower >= -self.settings.epsilon_mps {
+            self.tally.proven += cell.share();
+            return;
+        }
+        let score = |axis: &usize| self.gains[*axis] * centred.half_width[*axis];
+        let widest = (0..AXES).max_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or(0);
+        let halves = if lower >= -self.target_mps() { None } else { cell.halves(widest, lower) };
+        match halves {
+            None => {
+                self.tally.aside += cell.share();
+                self.tally.aside_lower = self.tally.aside_lower.min(lower);
+            }
+            Some(halves) if depth_first => self.stack.extend(halves),
+            Some(halves) => self.waiting.extend(halves),
+        }
+    }
+
+    /// Remembers the centre if it is the worst state so far.
+    fn note(&mut self, z: &[f64; AXES], enclosure: &Enclosure) {
+        let (barrier_m, condition_mps) = (enclosure.barrier.centre, enclosure.condition_at_centre());
+        let failed = z[0].hypot(z[1]) <= self.condition.failure_radius_m();
+        if failed || !(barrier_m >= SURELY_INSIDE_M) || !condition_mps.is_finite() {
+            return;
+        }
+        if self.tally.worst.is_none_or(|worst| condition_mps < worst.condition_mps) {
+            self.tally.worst = Some(Witness { z: *z, barrier_m, condition_mps });
+        }
+    }
+
+    /// The `ε` still worth proving: the one asked for, or what the worst state leaves.
+    fn target_mps(&self) -> f64 {
+        let epsilon_mps = self.settings.epsilon_mps;
+        match self.tally.worst {
+            Some(worst) if worst.condition_mps < -epsilon_mps => {
+                self.settings.gap_mps - worst.condition_mps
+            }
+            Some(_) | None => epsilon_mps,
+        }
+    }
+
+    /// The `ε` that holds on the whole region with what is known now.
+    pub(crate) fn provable_epsilon_mps(&self) -> f64 {
+        let open = self.stack.iter().map(|cell| cell.lower).fold(f64::INFINITY, f64::min);
+        let waiting = self.waiting.peek().map_or(f64::INFINITY, |cell| cell.lower);
+        let lower = open.min(waiting).min(self.tally.aside_lower);
+        self.settings.epsilon_mps.max(-lower)
+    }
+
+    /// Returns where the search stands.
+    pub(crate) fn progress(&self) -> AffineProgress {
+        let settled = self.tally.outside + self.tally.proven;
+        AffineProgress {
+            boxes: self.tally.boxes,
+            settled_share: share(settled + self.tally.aside),
+            proven_share: share(settled),
+            open_boxes: self.waiting.len() + self.stack.len(),
+            provable_epsilon_mps: self.provable_epsilon_mps(),
+            worst: self.tally.worst,
+        }
+    }
+}
+
+/// Turns units of `2⁻⁶²` into a share of the region.
+pub(crate) fn share(units: u64) -> f64 {
+    units as f64 / (1_u64 << MOST_HALVINGS) as f64
+}
