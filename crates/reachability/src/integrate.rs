@@ -3,8 +3,10 @@
 //! Nodes are independent within an evaluation and nothing is summed across them, so the result does
 //! not depend on the number of threads nor on the vector width.
 
-use crate::TimeIntegrator;
+use crate::coefficients::Coefficients;
 use crate::operator::Operator;
+use crate::{Grid, SolveError, SolverSettings, TimeIntegrator};
+use dynamics::RelativeDynamics;
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -15,26 +17,67 @@ struct Stage {
     blend: f32,
 }
 
-/// Steps a value backward in time.
-pub(crate) struct Stepper<const N: usize, const NU: usize, const ND: usize> {
+/// Steps a value backward in time on all cores: the inner part of [`solve`](crate::solve), for loops of one's own.
+///
+/// Everything is allocated when it is made, but for what the thread pool hands to its workers.
+pub struct Stepper<const N: usize, const NU: usize, const ND: usize> {
     operator: Operator<N, NU, ND>,
     integrator: TimeIntegrator,
+    longest_step_s: f64,
     arch: Arch,
     first: Vec<f32>,
     second: Vec<f32>,
 }
 
 impl<const N: usize, const NU: usize, const ND: usize> Stepper<N, NU, ND> {
-    pub(crate) fn new(operator: Operator<N, NU, ND>, integrator: TimeIntegrator, nodes: usize) -> Self {
+    /// Tabulates `dynamics` on `grid`.
+    ///
+    /// # Errors
+    /// * [`SolveError::Settings`] for a setting out of range.
+    /// * [`SolveError::NonFiniteDynamics`] where the dynamics are NaN, infinite or beyond f32.
+    pub fn new(
+        dynamics: &impl RelativeDynamics<N, NU, ND>,
+        grid: &Grid<N>,
+        settings: &SolverSettings,
+    ) -> Result<Self, SolveError> {
+        settings.validate()?;
+        let coefficients = Coefficients::new(dynamics, grid, settings.dissipation)?;
+        let longest_step_s = settings.cfl / coefficients.largest_rate_per_s;
+        let (integrator, nodes) = (settings.integrator, grid.node_count());
         let second = match integrator {
             TimeIntegrator::Euler => Vec::new(),
             TimeIntegrator::TvdRk2 | TimeIntegrator::TvdRk3 => vec![0.0; nodes],
         };
-        Self { operator, integrator, arch: Arch::new(), first: vec![0.0; nodes], second }
+        Ok(Self {
+            operator: Operator::new(coefficients, grid, settings.upwind, settings.tube),
+            integrator,
+            longest_step_s,
+            arch: Arch::new(),
+            first: vec![0.0; nodes],
+            second,
+        })
     }
 
-    /// Advances `values` by `step_s` further into the past, then applies `V ← min(V, ceiling)`.
-    pub(crate) fn step(&mut self, values: &mut Vec<f32>, step_s: f64, ceiling: Option<&[f32]>) {
+    /// Returns the longest step the settings allow, s; infinite where nothing moves.
+    pub fn longest_step_s(&self) -> f64 {
+        self.longest_step_s
+    }
+
+    /// Returns the dynamics as tabulated.
+    pub(crate) fn coefficients(&self) -> &Coefficients<N, NU, ND> {
+        self.operator.coefficients()
+    }
+
+    /// Advances `values`, m per node, by `step_s` further into the past, then applies `V ← min(V, ceiling)`.
+    ///
+    /// # Panics
+    /// If `values` or `ceiling` do not hold one number per node.
+    pub fn step(&mut self, values: &mut Vec<f32>, step_s: f64, ceiling: Option<&[f32]>) {
+        assert!(
+            values.len() == self.first.len()
+                && ceiling.is_none_or(|ceiling| ceiling.len() == self.first.len()),
+            "one value per node"
+        );
         let step = step_s as f32;
         let whole = Stage { keep: 0.0, blend: 1.0 };
         let mut first = std::mem::take(&mut self.first);
@@ -112,8 +155,7 @@ fn lower_to(values: &mut [f32], ceiling: &[f32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::coefficients::Coefficients;
-    use crate::{Axis, Dissipation, Grid, TubeForm, UpwindScheme};
+    use crate::{Axis, Convergence, Dissipation, TubeForm, UpwindScheme};
     use dynamics::{InputBox, UnicyclePair};
 
     #[test]
@@ -130,9 +172,21 @@ mod tests {
         ])
         .unwrap();
         let values = |arch: Arch| {
-            let table = Coefficients::new(&pair, &grid, Dissipation::ReachableSpeed).unwrap();
-            let operator = Operator::new(table, &grid, UpwindScheme::Weno5, TubeForm::Variational);
-            let mut stepper = Stepper::new(operator, TimeIntegrator::TvdRk3, grid.node_count());
+            let settings = SolverSettings {
+                upwind: UpwindScheme::Weno5,
+                integrator: TimeIntegrator::TvdRk3,
+                dissipation: Dissipation::OptimalPlay,
+                tube: TubeForm::Variational,
+                cfl: 0.75,
+                max_horizon_s: 1.0,
+                convergence: Convergence {
+                    check_interval_s: 1.0,
+                    unsafe_share_tolerance: 0.0,
+                    value_tolerance_m: None,
+                    boundary_layer: 0.0,
+                },
+            };
+            let mut stepper = Stepper::new(&pair, &grid, &settings).unwrap();
             stepper.arch = arch;
             let mut values: Vec<f32> = (0..grid.node_count())
                 .map(|node| {

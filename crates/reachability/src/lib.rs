@@ -37,6 +37,7 @@ pub use from_settings::{
     SettingsSolveError, memory_of_settings_bytes, solve_settings, solve_settings_resumable,
 };
 pub use grid::{Axis, Cell, Grid, GridError, MIN_NODES};
+pub use integrate::Stepper;
 pub use memory::{memory_available_bytes, memory_needed_at_most_bytes};
 pub use settings::{
     Convergence, Dissipation, SettingsError, SolverSettings, TimeIntegrator, TubeForm, UpwindScheme,

@@ -48,6 +48,10 @@ impl<const N: usize, const NU: usize, const ND: usize> Operator<N, NU, ND> {
         }
     }
 
+    pub(crate) fn coefficients(&self) -> &Coefficients<N, NU, ND> {
+        &self.coefficients
+    }
+
     pub(crate) fn plane_len(&self) -> usize {
         self.layout.plane_len()
     }

@@ -1,10 +1,8 @@
 //! The solve itself: `V(z, T) = ℓ(z)`, then backward in time until the zero level settles.
 
-use crate::coefficients::Coefficients;
 use crate::integrate::Stepper;
 use crate::interior::Interior;
 use crate::memory::refuse_what_does_not_fit;
-use crate::operator::Operator;
 use crate::{
     Checkpoint, CheckpointError, Grid, SettingsError, SolverSettings, TubeForm, memory_needed_at_most_bytes,
 };
@@ -172,12 +170,10 @@ pub fn solve_resumable<const N: usize, const NU: usize, const ND: usize>(
     if !failure.iter().all(|l| l.is_finite()) {
         return Err(SolveError::NonFiniteFailureFunction);
     }
-    let coefficients = Coefficients::new(dynamics, grid, settings.dissipation)?;
-    let longest_step_s = settings.cfl / coefficients.largest_rate_per_s;
-    let interior = Interior::new(grid, &coefficients, settings.convergence.boundary_layer);
-    let checkpoint = checkpoint.map(|c| c.identify(grid, settings, &failure, &coefficients));
-    let operator = Operator::new(coefficients, grid, settings.upwind, settings.tube);
-    let mut stepper = Stepper::new(operator, settings.integrator, nodes);
+    let mut stepper = Stepper::new(dynamics, grid, settings)?;
+    let longest_step_s = stepper.longest_step_s();
+    let interior = Interior::new(grid, stepper.coefficients(), settings.convergence.boundary_layer);
+    let checkpoint = checkpoint.map(|c| c.identify(grid, settings, &failure, stepper.coefficients()));
     let ceiling = match settings.tube {
         TubeForm::Variational => Some(failure.as_slice()),
         TubeForm::Freezing => None,
