@@ -56,6 +56,7 @@ fn person(index: usize) -> BarrierObstacle {
         state: [distance * angle.cos(), distance * angle.sin(), (angle + 2.0) % 6.0 - 3.0, 1.0],
         rate: [0.5, 0.5, 0.1, 0.0],
         radius_m: 0.7,
+        model: 0,
     }
 }
 

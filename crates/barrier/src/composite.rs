@@ -9,7 +9,8 @@ use crate::MAX_OBSTACLES;
 use crate::kernel::{Kernel, KernelError};
 use crate::model::Model;
 use crate::qp::HalfSpace;
-use crate::relative_barrier::{RelativeBarrier, RelativeObstacle, RelativeSample};
+use crate::relative_barrier::{RelativeObstacle, RelativeSample};
+use crate::relative_barriers::RelativeBarriers;
 use crate::softmin::{softmin, softmin_weights};
 
 /// One obstacle as the filter knows it, in `odom`.
@@ -19,8 +20,10 @@ pub struct BarrierObstacle {
     pub state: [f64; 4],
     /// Its time derivative `ȯ`, per second.
     pub rate: [f64; 4],
-    /// Distance of the centres that counts as contact, m (see [`RelativeBarrier`] on why it is free).
+    /// Distance of the centres that counts as contact, m (see [`crate::RelativeBarrier`] on why it is free).
     pub radius_m: f64,
+    /// Which of the composite's models holds for it: 0, or what [`CompositeBarrier::add_model`] returned.
+    pub model: usize,
 }
 
 /// The composite barrier at one robot state and one moment.
@@ -60,6 +63,14 @@ pub enum CompositeError {
         /// Obstacles given.
         given: usize,
     },
+    /// An obstacle names a model that the composite does not have.
+    #[error("obstacle {index} names model {model}; add that model to the composite first")]
+    UnknownModel {
+        /// Position in the slice.
+        index: usize,
+        /// The model it names.
+        model: usize,
+    },
     /// The robot's state holds a NaN or an infinity.
     #[error("the robot state is not finite; brake and check the odometry")]
     NonFiniteRobot,
@@ -90,9 +101,11 @@ pub enum CompositeSetupError {
 
 /// The composite neural control barrier function of the paper, for up to [`MAX_OBSTACLES`] obstacles.
 ///
+/// One model serves all of them; with [`CompositeBarrier::add_model`] each kind of obstacle has its own, under one `h`.
+///
 /// Holds every buffer it needs: an evaluation allocates nothing.
 pub struct CompositeBarrier {
-    relative: RelativeBarrier,
+    relative: RelativeBarriers,
     beta_per_m: f64,
     obstacles: Vec<RelativeObstacle>,
     samples: Vec<RelativeSample>,
@@ -111,13 +124,22 @@ impl CompositeBarrier {
             return Err(CompositeSetupError::Beta { beta_per_m });
         }
         Ok(Self {
-            relative: RelativeBarrier::new(model, kernel)?,
+            relative: RelativeBarriers::new(model, kernel)?,
             beta_per_m,
             obstacles: Vec::with_capacity(MAX_OBSTACLES),
             samples: Vec::with_capacity(MAX_OBSTACLES),
             h_bars: Vec::with_capacity(MAX_OBSTACLES),
             weights: Vec::with_capacity(MAX_OBSTACLES),
         })
+    }
+
+    /// Adds a model for obstacles of another kind and returns the index that [`BarrierObstacle::model`] refers to; the first
+    /// model has index 0. All must be for the same robot, which the caller has checked.
+    ///
+    /// # Errors
+    /// * [`KernelError::Unsupported`], which the first model would have met.
+    pub fn add_model(&mut self, model: &Model) -> Result<usize, KernelError> {
+        self.relative.add(model)
     }
 
     /// Returns the variant of the network that runs.
@@ -141,6 +163,7 @@ impl CompositeBarrier {
     ///
     /// # Errors
     /// * [`CompositeError::TooManyObstacles`] for more than [`MAX_OBSTACLES`].
+    /// * [`CompositeError::UnknownModel`] for an obstacle whose model was not added.
     /// * [`CompositeError::NonFiniteRobot`], [`CompositeError::NonFiniteObstacle`] for bad input.
     /// * [`CompositeError::NonFiniteResult`] if finite input overflowed on the way.
     pub fn evaluate<const NX: usize, P: RobotObstaclePair<NX>>(
@@ -149,12 +172,12 @@ impl CompositeBarrier {
         x: &[f64; NX],
         obstacles: &[BarrierObstacle],
     ) -> Result<CompositeSample, CompositeError> {
-        check(x, obstacles)?;
+        check(x, obstacles, self.relative.count())?;
         self.place(pair, x, obstacles);
         if obstacles.is_empty() {
             return Ok(CompositeSample::Unconstrained);
         }
-        self.relative.evaluate(&self.obstacles, &mut self.samples);
+        self.relative.evaluate::<true>(&self.obstacles, |index| obstacles[index].model, &mut self.samples);
         self.h_bars.clear();
         self.h_bars.extend(self.samples.iter().map(|sample| sample.h_bar));
         let h = softmin_weights(&self.h_bars, self.beta_per_m, &mut self.weights);
@@ -197,9 +220,9 @@ impl CompositeBarrier {
         x: &[f64; NX],
         obstacles: &[BarrierObstacle],
     ) -> Result<f64, CompositeError> {
-        check(x, obstacles)?;
+        check(x, obstacles, self.relative.count())?;
         self.place(pair, x, obstacles);
-        self.relative.evaluate_values(&self.obstacles, &mut self.samples);
+        self.relative.evaluate::<false>(&self.obstacles, |index| obstacles[index].model, &mut self.samples);
         self.h_bars.clear();
         self.h_bars.extend(self.samples.iter().map(|sample| sample.h_bar));
         let h = softmin(&self.h_bars, self.beta_per_m);
@@ -274,7 +297,11 @@ impl BarrierConstraint {
     }
 }
 
-fn check<const NX: usize>(x: &[f64; NX], obstacles: &[BarrierObstacle]) -> Result<(), CompositeError> {
+fn check<const NX: usize>(
+    x: &[f64; NX],
+    obstacles: &[BarrierObstacle],
+    models: usize,
+) -> Result<(), CompositeError> {
     if obstacles.len() > MAX_OBSTACLES {
         return Err(CompositeError::TooManyObstacles { given: obstacles.len() });
     }
@@ -284,6 +311,9 @@ fn check<const NX: usize>(x: &[f64; NX], obstacles: &[BarrierObstacle]) -> Resul
     let finite = |obstacle: &BarrierObstacle| {
         obstacle.radius_m.is_finite() && obstacle.state.iter().chain(&obstacle.rate).all(|v| v.is_finite())
     };
+    if let Some(index) = obstacles.iter().position(|obstacle| obstacle.model >= models) {
+        return Err(CompositeError::UnknownModel { index, model: obstacles[index].model });
+    }
     match obstacles.iter().position(|obstacle| !finite(obstacle)) {
         Some(index) => Err(CompositeError::NonFiniteObstacle { index }),
         None => Ok(()),

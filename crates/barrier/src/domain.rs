@@ -6,6 +6,7 @@ pub struct TrainedDomain {
     min: [f64; 4],
     max: [f64; 4],
     periodic: [bool; 4],
+    idle: [bool; 4],
 }
 
 /// A state brought into the domain.
@@ -13,8 +14,9 @@ pub struct TrainedDomain {
 pub struct PlacedState {
     /// The nearest state inside, component by component; periodic components are wrapped.
     pub z: [f64; 4],
-    /// Which components were inside, hence carry a gradient.
-    pub inside: [bool; 4],
+    /// Which components carry a gradient: those that were inside and are not idle.
+    pub carries_gradient: [bool; 4],
+    outside: bool,
 }
 
 /// Why limits make no domain.
@@ -44,23 +46,32 @@ impl TrainedDomain {
                 return Err(DomainError::Axis { axis, min, max });
             }
         }
-        Ok(Self { min, max, periodic })
+        Ok(Self { min, max, periodic, idle: [false; 4] })
     }
 
-    /// Returns the nearest state inside and which components were inside already.
+    /// Returns the same box with components that do not matter: they are taken for 0, carry no gradient, and lie
+    /// nowhere outside.
+    pub fn with_idle(self, idle: [bool; 4]) -> Self {
+        Self { idle, ..self }
+    }
+
+    /// Returns the nearest state inside and what of it still depends on `z`.
     ///
     /// Continuous in `z` (on a periodic axis apart from the seam). A NaN stays NaN.
     pub fn place(&self, z: &[f64; 4]) -> PlacedState {
-        let mut placed = PlacedState { z: *z, inside: [true; 4] };
+        let mut placed = PlacedState { z: *z, carries_gradient: [true; 4], outside: false };
         for axis in 0..4 {
             let (min, max) = (self.min[axis], self.max[axis]);
-            if self.periodic[axis] {
+            if self.idle[axis] {
+                (placed.z[axis], placed.carries_gradient[axis]) = (0.0_f64.clamp(min, max), false);
+            } else if self.periodic[axis] {
                 if !(min..max).contains(&z[axis]) {
                     placed.z[axis] = min + (z[axis] - min).rem_euclid(max - min);
                 }
             } else {
                 placed.z[axis] = z[axis].clamp(min, max);
-                placed.inside[axis] = placed.z[axis] == z[axis];
+                placed.carries_gradient[axis] = placed.z[axis] == z[axis];
+                placed.outside |= !placed.carries_gradient[axis];
             }
         }
         placed
@@ -68,9 +79,9 @@ impl TrainedDomain {
 }
 
 impl PlacedState {
-    /// Returns whether the state had to be moved.
+    /// Returns whether a component that matters had to be moved.
     pub fn was_outside(&self) -> bool {
-        self.inside.contains(&false)
+        self.outside
     }
 }
 
@@ -95,7 +106,8 @@ mod tests {
     fn position_and_speed_are_clamped_and_lose_their_gradient() {
         let placed = ground_robot().place(&[9.0, 0.0, 0.5, 2.0]);
         assert_eq!(placed.z, [6.0, 0.0, 0.5, 1.5]);
-        assert_eq!(placed.inside, [false, true, true, false]);
+        assert_eq!(placed.carries_gradient, [false, true, true, false]);
+        assert!(placed.was_outside());
     }
 
     #[test]
@@ -103,6 +115,13 @@ mod tests {
         let placed = ground_robot().place(&[0.0, 0.0, 4.0, 1.0]);
         assert!((placed.z[2] - (4.0 - 2.0 * PI)).abs() < 1e-12);
         assert!(!placed.was_outside());
+    }
+
+    #[test]
+    fn an_idle_component_is_nowhere_outside_and_carries_no_gradient() {
+        let placed = ground_robot().with_idle([false, false, true, true]).place(&[1.0, 2.0, 0.5, 9.0]);
+        assert_eq!((placed.z, placed.was_outside()), ([1.0, 2.0, 0.0, 0.0], false));
+        assert_eq!(placed.carries_gradient, [true, true, false, false]);
     }
 
     #[test]

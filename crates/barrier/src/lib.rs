@@ -40,6 +40,7 @@ mod network;
 mod network_pass;
 mod qp;
 mod relative_barrier;
+mod relative_barriers;
 mod softmin;
 mod weights;
 

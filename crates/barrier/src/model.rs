@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::domain::TrainedDomain;
-use crate::metadata::{Bounds, FORMAT_VERSION, ModelMetadata};
+use crate::metadata::{Bounds, DynamicsKind, FORMAT_VERSION, ModelMetadata};
 use crate::model_error::ModelFileError;
 use crate::model_file::sealed_text;
 use crate::weights::NetworkWeights;
@@ -99,5 +99,6 @@ fn check(weights: &NetworkWeights, metadata: &ModelMetadata) -> Result<TrainedDo
         return unusable("disturbance", format!("{min:?} to {max:?}, {inputs} component(s) needed"));
     }
     let grid = &metadata.grid;
-    Ok(TrainedDomain::new(grid.min, grid.max, grid.periodic)?)
+    let still = metadata.dynamics == DynamicsKind::UnicycleStaticPair;
+    Ok(TrainedDomain::new(grid.min, grid.max, grid.periodic)?.with_idle([false, false, still, still]))
 }

@@ -4,7 +4,7 @@
 //! `z` follows from robot and obstacle, and how obstacles are combined (`composite`).
 
 use crate::MAX_OBSTACLES;
-use crate::domain::TrainedDomain;
+use crate::domain::{PlacedState, TrainedDomain};
 use crate::failure::FailureFunction;
 use crate::kernel::{Kernel, KernelError};
 use crate::model::Model;
@@ -25,11 +25,14 @@ use crate::network::{NetworkBatch, ResidualNetwork};
 /// the trained limit, which over-states safety; [`RelativeSample::outside_domain`] says so for either case,
 /// and what the value function promises does not extend to such states. Components that were moved carry no
 /// gradient of the residual.
+///
+/// # Static obstacles
+/// A model of [`crate::DynamicsKind::UnicycleStaticPair`] looks at the position alone, whatever the other components say.
 pub struct RelativeBarrier {
     network: ResidualNetwork,
     domain: TrainedDomain,
     batch: NetworkBatch,
-    inside: Box<[[bool; 4]; MAX_OBSTACLES]>,
+    placed: Box<[PlacedState; MAX_OBSTACLES]>,
 }
 
 /// One obstacle seen from the robot.
@@ -60,11 +63,12 @@ impl RelativeBarrier {
     /// # Errors
     /// * [`KernelError::Unsupported`] if this processor cannot run the kernel.
     pub fn new(model: &Model, kernel: Kernel) -> Result<Self, KernelError> {
+        let domain = *model.domain();
         Ok(Self {
             network: ResidualNetwork::new(model.weights(), kernel)?,
-            domain: *model.domain(),
+            domain,
             batch: NetworkBatch::new(),
-            inside: Box::new([[true; 4]; MAX_OBSTACLES]),
+            placed: Box::new([domain.place(&[0.0; 4]); MAX_OBSTACLES]),
         })
     }
 
@@ -98,7 +102,7 @@ impl RelativeBarrier {
             for (index, obstacle) in obstacles.iter().enumerate() {
                 let placed = self.domain.place(&obstacle.z);
                 self.batch.set_state(index, &placed.z.map(|component| component as f32));
-                self.inside[index] = placed.inside;
+                self.placed[index] = placed;
             }
             if GRADIENT {
                 self.network.evaluate(&mut self.batch);
@@ -114,13 +118,13 @@ impl RelativeBarrier {
     /// Subtracts the residual of batch entry `index` from the failure function.
     fn sample<const GRADIENT: bool>(&self, index: usize, obstacle: &RelativeObstacle) -> RelativeSample {
         let failure = FailureFunction { radius_m: obstacle.radius_m };
-        let inside = self.inside[index];
+        let placed = &self.placed[index];
         let sdf = failure.value(&obstacle.z);
         let mut gradient = [0.0; 4];
         if GRADIENT {
             let (by_failure, by_residual) = (failure.gradient(&obstacle.z), self.batch.gradient(index));
             for k in 0..4 {
-                let moved = if inside[k] { f64::from(by_residual[k]) } else { 0.0 };
+                let moved = if placed.carries_gradient[k] { f64::from(by_residual[k]) } else { 0.0 };
                 gradient[k] = by_failure[k] - moved;
             }
         }
@@ -128,7 +132,7 @@ impl RelativeBarrier {
             h_bar: sdf - f64::from(self.batch.residual(index)),
             gradient,
             sdf,
-            outside_domain: inside.contains(&false),
+            outside_domain: placed.was_outside(),
         }
     }
 }

@@ -12,19 +12,23 @@ const BETA: f64 = 4.0;
 
 /// Largest error of `h`, `L_g h`, `drift` and `∂h/∂t` at one robot state.
 fn errors<const NX: usize, P: RobotObstaclePair<NX>>(
-    model: &Model,
+    models: &[&Model],
     kernel: Kernel,
     pair: &P,
     x: &[f64; NX],
     obstacles: &[BarrierObstacle],
 ) -> [f64; 2] {
-    let mut composite = CompositeBarrier::new(model, kernel, BETA).unwrap();
+    let mut composite = CompositeBarrier::new(models[0], kernel, BETA).unwrap();
+    for (index, model) in models.iter().enumerate().skip(1) {
+        assert_eq!(composite.add_model(model), Ok(index));
+    }
+    let weights: Vec<_> = models.iter().map(|model| model.weights()).collect();
     let CompositeSample::Constrained(sample) = composite.evaluate(pair, x, obstacles).unwrap() else {
         panic!("there are obstacles")
     };
     assert_eq!(sample.outside_domain, 0, "the judge knows the inside only");
 
-    let h = |x: &[f64; NX]| reference_composite(model.weights(), BETA, pair, x, obstacles);
+    let h = |x: &[f64; NX]| reference_composite(&weights, BETA, pair, x, obstacles);
     let dh_dx = central_differences(x, h);
     let [dh_dt] = central_differences(&[0.0], |[t]| {
         let moved: Vec<_> = obstacles
@@ -34,7 +38,7 @@ fn errors<const NX: usize, P: RobotObstaclePair<NX>>(
                 ..*obstacle
             })
             .collect();
-        reference_composite(model.weights(), BETA, pair, x, &moved)
+        reference_composite(&weights, BETA, pair, x, &moved)
     });
     let (f, g) = (pair.robot_drift(x), pair.robot_control_jacobian(x));
     let along = |direction: &dyn Fn(usize) -> f64| (0..NX).map(|j| dh_dx[j] * direction(j)).sum::<f64>();
@@ -58,7 +62,7 @@ fn the_unicycle_s_row_agrees_with_central_differences_to_1e_4() {
                 let people = common::people(&mut rng, count, 3.5);
                 // Headings of the robot near zero keep the relative heading off the seam at ±π.
                 let x = [0.0; 3].map(|_: f64| rng.random_range(-0.14..0.14));
-                let found = errors(&model, kernel, &pair, &x, &people);
+                let found = errors(&[&model], kernel, &pair, &x, &people);
                 worst = [worst[0].max(found[0]), worst[1].max(found[1])];
             }
         }
@@ -78,11 +82,37 @@ fn the_shipped_model_s_row_agrees_with_central_differences_to_1e_4() {
             for _ in 0..40 {
                 let people = common::people(&mut rng, count, 3.5);
                 let x = [0.0; 3].map(|_: f64| rng.random_range(-0.14..0.14));
-                let found = errors(&model, kernel, &pair, &x, &people);
+                let found = errors(&[&model], kernel, &pair, &x, &people);
                 worst = [worst[0].max(found[0]), worst[1].max(found[1])];
             }
         }
         println!("shipped model, {kernel}: h {:.1e}, derivatives {:.1e}", worst[0], worst[1]);
+        assert!(worst[0] < 1e-5 && worst[1] < 1e-4, "{kernel}: {worst:?}");
+    }
+}
+
+#[test]
+fn the_row_of_a_mixed_scene_agrees_with_central_differences_to_1e_4() {
+    let [person, cyclist, pillar] =
+        [common::ground_robot_model(6), common::cyclist_model(7), common::static_model(8)];
+    let (pair, mut rng) = (common::unicycle_pair(), rng(9));
+    for kernel in Kernel::ALL.into_iter().filter(|kernel| kernel.is_supported()) {
+        let mut worst = [0.0_f64; 2];
+        for count in [3, 7, 20, 64] {
+            for _ in 0..8 {
+                let mut obstacles = common::people(&mut rng, count, 3.5);
+                for (index, obstacle) in obstacles.iter_mut().enumerate() {
+                    obstacle.model = index * 7 % 3;
+                    if obstacle.model == 1 {
+                        obstacle.state[3] *= 3.0;
+                    }
+                }
+                let x = [0.0; 3].map(|_: f64| rng.random_range(-0.14..0.14));
+                let found = errors(&[&person, &cyclist, &pillar], kernel, &pair, &x, &obstacles);
+                worst = [worst[0].max(found[0]), worst[1].max(found[1])];
+            }
+        }
+        println!("mixed, {kernel}: h {:.1e}, derivatives {:.1e}", worst[0], worst[1]);
         assert!(worst[0] < 1e-5 && worst[1] < 1e-4, "{kernel}: {worst:?}");
     }
 }
@@ -100,11 +130,12 @@ fn the_double_integrator_s_row_agrees_with_central_differences_to_1e_4() {
                     state: [within(3.0), within(3.0), vx, vy],
                     rate: [vx, vy, within(1.0), within(1.0)],
                     radius_m: 0.7,
+                    model: 0,
                 }
             })
             .collect();
         let x = [within(0.5), within(0.5), within(2.0), within(2.0)];
-        let found = errors(&model, Kernel::detect(), &pair, &x, &obstacles);
+        let found = errors(&[&model], Kernel::detect(), &pair, &x, &obstacles);
         worst = [worst[0].max(found[0]), worst[1].max(found[1])];
     }
     println!("double integrator: h {:.1e}, derivatives {:.1e}", worst[0], worst[1]);

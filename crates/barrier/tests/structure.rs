@@ -9,6 +9,7 @@ use barrier::{
     RelativeObstacle, RelativeSample,
 };
 use common::rng;
+use dynamics::RobotObstaclePair;
 use rand::RngExt;
 
 const BETA: f64 = 4.0;
@@ -101,7 +102,7 @@ fn far_outside_the_value_grows_with_the_distance_and_the_gradient_is_that_of_the
 fn coinciding_centres_give_a_finite_row() {
     let (model, pair) = (common::ground_robot_model(9), common::unicycle_pair());
     let mut composite = CompositeBarrier::new(&model, Kernel::detect(), BETA).unwrap();
-    let person = barrier::BarrierObstacle { state: [0.0; 4], rate: [0.0; 4], radius_m: 0.7 };
+    let person = barrier::BarrierObstacle { state: [0.0; 4], rate: [0.0; 4], radius_m: 0.7, model: 0 };
     let sample = composite.evaluate(&pair, &[0.0; 3], &[person]).unwrap();
     assert!(sample.h() <= -0.7);
     assert!(sample.row(4.0).is_some_and(|row| row.normal.iter().all(|a| a.is_finite())));
@@ -115,6 +116,58 @@ fn without_obstacles_nothing_is_constrained() {
     assert_eq!(sample, CompositeSample::Unconstrained);
     assert_eq!((sample.h(), sample.row(4.0)), (f64::INFINITY, None));
     assert_eq!(composite.h_at(&pair, &[0.0; 3], &[]).unwrap(), f64::INFINITY);
+}
+
+#[test]
+fn each_obstacle_of_a_mixed_scene_is_judged_by_its_own_model() {
+    let models = [common::ground_robot_model(14), common::cyclist_model(15), common::static_model(16)];
+    let (pair, mut rng) = (common::unicycle_pair(), rng(17));
+    let mut composite = CompositeBarrier::new(&models[0], Kernel::detect(), BETA).unwrap();
+    assert_eq!([&models[1], &models[2]].map(|model| composite.add_model(model)), [Ok(1), Ok(2)]);
+    let mut alone = models.each_ref().map(|model| RelativeBarrier::new(model, Kernel::detect()).unwrap());
+    for _ in 0..200 {
+        let count = rng.random_range(1..=64);
+        let mut obstacles = common::people(&mut rng, count, 13.0);
+        for obstacle in &mut obstacles {
+            obstacle.model = rng.random_range(0..3);
+        }
+        let x = [rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0), rng.random_range(-3.0..3.0)];
+        let h = composite.evaluate(&pair, &x, &obstacles).unwrap().h();
+        for (obstacle, value) in obstacles.iter().zip(composite.values()) {
+            let z = pair.relative_state(&x, &obstacle.state);
+            assert_eq!(sample(&mut alone[obstacle.model], z, obstacle.radius_m), *value);
+        }
+        let values: Vec<_> = composite.values().iter().map(|value| value.h_bar).collect();
+        assert_eq!(h, barrier::softmin(&values, BETA));
+        assert_eq!(composite.h_at(&pair, &x, &obstacles).unwrap(), h);
+    }
+}
+
+#[test]
+fn a_model_that_was_not_added_is_refused() {
+    let (model, pair, mut rng) = (common::ground_robot_model(18), common::unicycle_pair(), rng(19));
+    let mut composite = CompositeBarrier::new(&model, Kernel::detect(), BETA).unwrap();
+    let mut people = common::people(&mut rng, 3, 3.0);
+    people[1].model = 1;
+    let refused = composite.evaluate(&pair, &[0.0; 3], &people);
+    assert_eq!(refused, Err(CompositeError::UnknownModel { index: 1, model: 1 }));
+}
+
+#[test]
+fn a_static_model_sees_the_same_through_the_walking_pair_and_the_static_one() {
+    let (model, walking, mut rng) = (common::static_model(20), common::unicycle_pair(), rng(21));
+    let still = dynamics::UnicycleStaticPair { control: walking.control };
+    let mut composite = CompositeBarrier::new(&model, Kernel::detect(), BETA).unwrap();
+    for _ in 0..200 {
+        let obstacles = common::people(&mut rng, 5, 7.0);
+        let x = [rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0), rng.random_range(-3.0..3.0)];
+        let rows = [
+            composite.evaluate(&walking, &x, &obstacles).unwrap().row(4.0).unwrap(),
+            composite.evaluate(&still, &x, &obstacles).unwrap().row(4.0).unwrap(),
+        ];
+        assert!((rows[0].offset - rows[1].offset).abs() < 1e-5, "{rows:?}");
+        assert!((0..2).all(|k| (rows[0].normal[k] - rows[1].normal[k]).abs() < 1e-5), "{rows:?}");
+    }
 }
 
 #[test]

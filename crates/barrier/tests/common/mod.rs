@@ -78,6 +78,27 @@ pub(crate) fn quadrotor_metadata() -> ModelMetadata {
     }
 }
 
+/// What a model for a faster and wilder obstacle states: up to 5 m/s, over ±14 m.
+pub(crate) fn cyclist_metadata() -> ModelMetadata {
+    let mut metadata = ground_robot_metadata();
+    (metadata.grid.min[0], metadata.grid.min[1]) = (-14.0, -14.0);
+    (metadata.grid.max[0], metadata.grid.max[1], metadata.grid.max[3]) = (14.0, 14.0, 5.0);
+    metadata.disturbance = Bounds { min: vec![-0.8], max: vec![0.8] };
+    metadata
+}
+
+/// What a model for obstacles that stand still states.
+pub(crate) fn static_metadata() -> ModelMetadata {
+    let mut metadata = ground_robot_metadata();
+    metadata.dynamics = DynamicsKind::UnicycleStaticPair;
+    metadata.encoding = InputEncoding::Position;
+    metadata.disturbance = Bounds { min: vec![], max: vec![] };
+    metadata.grid.min[2..].fill(-1.0);
+    metadata.grid.max[2..].fill(1.0);
+    metadata.grid.periodic = [false; 4];
+    metadata
+}
+
 fn no_training() -> TrainingRecord {
     TrainingRecord {
         epochs: 0,
@@ -94,6 +115,14 @@ fn no_training() -> TrainingRecord {
 
 pub(crate) fn ground_robot_model(seed: u64) -> Model {
     Model::new(random_weights(seed, 3.0), ground_robot_metadata()).unwrap()
+}
+
+pub(crate) fn cyclist_model(seed: u64) -> Model {
+    Model::new(random_weights(seed, 3.0), cyclist_metadata()).unwrap()
+}
+
+pub(crate) fn static_model(seed: u64) -> Model {
+    Model::new(random_encoded_weights(InputEncoding::Position, seed, 3.0), static_metadata()).unwrap()
 }
 
 pub(crate) fn quadrotor_model(seed: u64) -> Model {
@@ -124,6 +153,7 @@ pub(crate) fn people(rng: &mut Pcg64, count: usize, reach_m: f64) -> Vec<Barrier
                 state: [within(reach_m), within(reach_m), heading, speed],
                 rate: [speed * heading.cos(), speed * heading.sin(), within(0.35), within(0.5)],
                 radius_m: 0.7 + within(0.2),
+                model: 0,
             }
         })
         .collect()
@@ -158,9 +188,9 @@ pub(crate) fn central_differences<const N: usize>(
     })
 }
 
-/// The composite in `f64`, straight from eq. `eta` and `h_bar`, for obstacles inside the domain.
+/// The composite in `f64`, straight from eq. `eta` and `h_bar`, for obstacles inside the domain of the model each names.
 pub(crate) fn reference_composite<const NX: usize, P: RobotObstaclePair<NX>>(
-    weights: &NetworkWeights,
+    weights: &[&NetworkWeights],
     beta_per_m: f64,
     pair: &P,
     x: &[f64; NX],
@@ -170,7 +200,8 @@ pub(crate) fn reference_composite<const NX: usize, P: RobotObstaclePair<NX>>(
         .iter()
         .map(|obstacle| {
             let z = pair.relative_state(x, &obstacle.state);
-            let h_bar = z[0].hypot(z[1]) - obstacle.radius_m - reference_residual(weights, &z);
+            let h_bar =
+                z[0].hypot(z[1]) - obstacle.radius_m - reference_residual(weights[obstacle.model], &z);
             (-beta_per_m * h_bar).exp()
         })
         .sum();
