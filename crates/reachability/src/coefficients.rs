@@ -102,23 +102,38 @@ impl<const N: usize, const NU: usize, const ND: usize> Coefficients<N, NU, ND> {
         dissipation: Dissipation,
     ) -> Result<Self, SolveError> {
         let (u_box, d_box) = (*dynamics.control_box(), *dynamics.disturbance_box());
-        let bounds = |z: &[f64; N]| rate_bounds(dynamics, z, dissipation);
-        let spacing = grid.axes().map(|a| a.spacing());
-        let largest_rate_per_s = (0..grid.node_count())
-            .into_par_iter()
-            .map(|node| {
-                let bounds = bounds(&grid.state(node));
-                (0..N).map(|i| bounds[i] / spacing[i]).sum()
-            })
-            .reduce(|| 0.0, f64::max);
-
         let plane_len = grid.axes()[N - plane_axes(N)..].iter().map(|axis| axis.count).product();
-        let mut finite = true;
+        // One pass for all axes: this is the dearest of the functions.
+        let mut bounds: Vec<[f32; N]> = vec![[0.0; N]; grid.node_count()];
+        let per_spacing = grid.axes().map(|axis| 1.0 / axis.spacing());
+        let largest_rate_per_s = bounds
+            .par_chunks_mut(plane_len)
+            .enumerate()
+            .map(|(plane, bounds)| {
+                let mut largest = 0.0_f64;
+                for (bounds, z) in bounds.iter_mut().zip(grid.states_from(plane * plane_len)) {
+                    let exact = rate_bounds(dynamics, &z, dissipation);
+                    // NaN must survive, so that it is noticed.
+                    let rate: f64 = (0..N).map(|i| exact[i] * per_spacing[i]).sum();
+                    largest = if rate <= largest { largest } else { rate };
+                    *bounds = exact.map(|bound| bound as f32);
+                }
+                largest
+            })
+            .reduce(|| 0.0, |a, b| if a <= b { b } else { a });
+        let mut finite = bounds.iter().flatten().all(|bound| bound.is_finite());
+        let dissipation = std::array::from_fn(|i| {
+            Field::compress(bounds.par_iter().map(|bounds| bounds[i]).collect(), plane_len)
+        });
+        drop(bounds);
+
         let mut tabulate = |coefficient: &(dyn Fn(&[f64; N]) -> f64 + Sync)| {
-            let values: Vec<f32> = (0..grid.node_count())
-                .into_par_iter()
-                .map(|node| coefficient(&grid.state(node)) as f32)
-                .collect();
+            let mut values = vec![0.0_f32; grid.node_count()];
+            values.par_chunks_mut(plane_len).enumerate().for_each(|(plane, values)| {
+                for (value, z) in values.iter_mut().zip(grid.states_from(plane * plane_len)) {
+                    *value = coefficient(&z) as f32;
+                }
+            });
             finite &= values.iter().all(|v| v.is_finite());
             Field::compress(values, plane_len)
         };
@@ -130,7 +145,7 @@ impl<const N: usize, const NU: usize, const ND: usize> Coefficients<N, NU, ND> {
             disturbance: std::array::from_fn(|i| {
                 std::array::from_fn(|j| tabulate(&|z| dynamics.disturbance_jacobian(z)[i][j]))
             }),
-            dissipation: std::array::from_fn(|i| tabulate(&|z| bounds(z)[i])),
+            dissipation,
             control_limits: limits(&u_box),
             disturbance_limits: limits(&d_box),
             largest_rate_per_s,
