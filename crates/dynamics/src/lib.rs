@@ -9,8 +9,10 @@
 //! |---|---|
 //! | [`RelativeDynamics`] | how the relative state moves (offline: reachability, certificates) |
 //! | [`RobotObstaclePair`] | how the relative state follows from robot and obstacle (online: the filter) |
+//! | [`conformance`] | whether a pair is what it says (in tests, also of pairs made elsewhere) |
 
 mod angle;
+pub mod conformance;
 mod double_integrator;
 mod input_box;
 mod relative;
