@@ -61,7 +61,7 @@ pub struct ConditionRecord {
     pub epsilon_mps: f64,
     /// `ε/α`, m: how far h falls below zero at most while `C ≥ −ε`, hence the radius inflation that covers it.
     pub inflation_m: f64,
-    /// Lowest C on `−ε/α ≤ h < 0`, m/s, as sampled; the same as zero where there is no such state.
+    /// Lowest C on `−ε/α ≤ h < 0`, contact included, m/s, as sampled; zero where no state there has a lower one.
     pub worst_below_zero_mps: f64,
     /// Whether `C ≥ −ε` there too, which the cover by ε/α needs. Where it is false, ε is a rate, not a cover.
     pub inflation_covers: bool,
@@ -76,6 +76,8 @@ pub struct ConditionRecord {
 pub(crate) struct Point {
     pub(crate) z: [f64; 4],
     pub(crate) h_m: f64,
+    /// `ℓ > 0`.
+    pub(crate) outside_failure: bool,
     /// `max_u min_d ∇h·ζ`, m/s.
     pub(crate) hamiltonian_mps: f64,
 }
@@ -93,6 +95,7 @@ pub(crate) fn points(subject: &Subject<'_>, judge: &mut Judge, states: &[[f64; 4
     let point = |(z, sample): (&[f64; 4], &barrier::RelativeSample)| Point {
         z: *z,
         h_m: sample.h_bar,
+        outside_failure: sample.sdf > 0.0,
         hamiltonian_mps: subject.game().hamiltonian(z, &sample.gradient),
     };
     states.iter().zip(samples).map(point).collect()
@@ -122,7 +125,7 @@ pub fn measure_condition(
     require_positive("alpha_per_s", alpha_per_s)?;
     let phase = (Phase::Condition, settings.seed);
     let drawn = subject.in_pieces(phase, (settings.states, PIECE), progress, |judge, count| {
-        let drawn: Vec<[f64; 4]> = (0..count).map(|_| subject.draw_outside_failure(&mut judge.rng)).collect();
+        let drawn = draw_with_contact(subject, judge, count);
         let mut found = points(subject, judge, &drawn);
         // States far below the zero level answer no question asked here.
         found.retain(|point| point.h_m >= -LARGEST_INFLATION_M);
@@ -136,6 +139,18 @@ pub fn measure_condition(
     let searched = search_worst(subject, &Start { points: starts, alpha_per_s }, settings, progress)?;
     let worst = lowest([sampled, searched].iter(), alpha_per_s).unwrap_or(sampled);
     Ok(record(settings, &all, &sampled, &worst))
+}
+
+/// Draws `count` states outside the failure disc, and keeps those within it that the draw hits: the cover by a larger radius is a
+/// statement about states below the zero level, some of which are in contact.
+fn draw_with_contact(subject: &Subject<'_>, judge: &mut Judge, count: usize) -> Vec<[f64; 4]> {
+    let (mut drawn, mut outside) = (Vec::with_capacity(count + count / 8), 0);
+    while outside < count {
+        let z = subject.draw(&mut judge.rng);
+        outside += usize::from(subject.failure_m(&z) > 0.0);
+        drawn.push(z);
+    }
+    drawn
 }
 
 /// The worst safe state of each piece, lowest condition first: spread over the box because pieces are independent.
@@ -155,18 +170,20 @@ fn lowest<'a>(points: impl Iterator<Item = &'a Point>, alpha_per_s: f64) -> Opti
 
 fn record(settings: &ConditionSettings, all: &[Point], sampled: &Point, worst: &Point) -> ConditionRecord {
     let alpha_per_s = settings.alpha_per_s;
-    let within = |low: f64, high: f64| {
-        let inside = move |point: &&Point| point.h_m >= low && point.h_m < high;
-        all.iter().filter(inside).map(|point| point.condition_mps(alpha_per_s)).collect::<Vec<f64>>()
+    let within = |low: f64, high: f64| all.iter().filter(move |point| point.h_m >= low && point.h_m < high);
+    let outside = |low: f64, high: f64| {
+        let outside = within(low, high).filter(|point| point.outside_failure);
+        outside.map(|point| point.condition_mps(alpha_per_s)).collect::<Vec<f64>>()
     };
     let share = |conditions: &[f64]| {
         Share::new(conditions.iter().filter(|condition| violates(**condition)).count(), conditions.len())
     };
-    let (safe, above, band) = (within(0.0, f64::INFINITY), within(0.0, BAND_M), within(-BAND_M, BAND_M));
+    let (safe, above, band) = (outside(0.0, f64::INFINITY), outside(0.0, BAND_M), outside(-BAND_M, BAND_M));
     let worst_mps = worst.condition_mps(alpha_per_s);
     let epsilon_mps = (-worst_mps).max(0.0);
     let inflation_m = epsilon_mps / alpha_per_s;
-    let worst_below_zero_mps = within(-inflation_m, 0.0).into_iter().fold(0.0, f64::min);
+    let below = within(-inflation_m, 0.0).map(|point| point.condition_mps(alpha_per_s));
+    let worst_below_zero_mps = below.fold(0.0, f64::min);
     ConditionRecord {
         settings: *settings,
         band_m: BAND_M,

@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     fn point(h_m: f64, hamiltonian_mps: f64) -> Point {
-        Point { z: [0.0; 4], h_m, hamiltonian_mps }
+        Point { z: [0.0; 4], h_m, outside_failure: true, hamiltonian_mps }
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod game;
 mod inflation;
 mod rollout;
 mod scenario;
+mod solved_truth;
 mod statistics;
 mod structural;
 mod subject;
@@ -33,9 +34,10 @@ pub use error::VerificationError;
 pub use game::{Disturbance, Game};
 pub use rollout::{DisturbancePolicy, HOLD_S, NominalPolicy};
 pub use scenario::{
-    NotableRollout, SCENARIO_STATEMENT, STANDARD_LEVELS_M, STANDARD_ROLLOUTS, ScenarioRecord, ScenarioRow,
-    ScenarioSettings, certify_by_rollouts,
+    NotableRollout, SCENARIO_STATEMENT, STANDARD_LEVELS_M, STANDARD_ROLLOUTS, STANDARD_TOLERANCE_M,
+    ScenarioRecord, ScenarioRow, ScenarioSettings, certify_by_rollouts,
 };
+pub use solved_truth::{SolvedTruthError, solve_truth};
 pub use statistics::{ErrorSummary, Share, failure_bound};
 pub use structural::{STRUCTURAL_ARGUMENT, StructuralRecord, check_structure};
 pub use subject::{OnProgress, Phase, Progress, Subject};

@@ -50,8 +50,12 @@ pub(crate) struct Rollout {
     pub(crate) start_h_m: f64,
     /// Smallest distance of the centres minus the radius, m.
     pub(crate) clearance_m: f64,
-    /// Whether the pair left the trained box before the smallest distance was reached, or at any time.
+    /// Depth of contact that is forgiven, m.
+    tolerance_m: f64,
+    /// Whether the pair left the trained box at some time.
     pub(crate) left_box: bool,
+    /// Whether it had left it before contact.
+    pub(crate) left_before_contact: bool,
     /// Whether the QP had no finite answer at some cycle; counts as a failure.
     pub(crate) broken: bool,
 }
@@ -59,8 +63,12 @@ pub(crate) struct Rollout {
 impl Rollout {
     /// Returns whether the failure set was entered, or nothing sensible came out.
     pub(crate) fn failed(&self) -> bool {
-        let kept_clear = self.clearance_m >= 0.0;
-        self.broken || !kept_clear
+        self.broken || self.in_contact()
+    }
+
+    fn in_contact(&self) -> bool {
+        let kept_clear = self.clearance_m >= -self.tolerance_m; // false for a NaN
+        !kept_clear
     }
 }
 
@@ -79,6 +87,7 @@ pub(crate) struct Pairs {
     rollouts: Vec<Rollout>,
     held: Vec<Held>,
     qp: CbfQp<2>,
+    tolerance_m: f64,
     cycles: usize,
     hold_cycles: usize,
 }
@@ -91,6 +100,7 @@ impl Pairs {
             rollouts: Vec::with_capacity(BATCH),
             held: Vec::with_capacity(BATCH),
             qp: CbfQp::new(*subject.game().control_box(), settings.slack_weight)?,
+            tolerance_m: settings.tolerance_m,
             cycles: (settings.horizon_s / settings.period_s).ceil() as usize,
             hold_cycles: ((HOLD_S / settings.period_s).round() as usize).max(1),
         })
@@ -119,7 +129,9 @@ impl Pairs {
             start,
             start_h_m,
             clearance_m: subject.failure_m(&start),
+            tolerance_m: self.tolerance_m,
             left_box: false,
+            left_before_contact: false,
             broken: false,
         }));
         let nothing = Held { nominal: [0.0; 2], disturbance: [0.0; 2], known: [0.0; 2] };
@@ -150,6 +162,10 @@ impl Pairs {
                 NominalPolicy::LowersBarrier => game.worst_control(z, &sample.gradient),
                 NominalPolicy::Random => held.nominal,
             };
+            rollout.left_box |= sample.outside_domain;
+            if !rollout.in_contact() {
+                rollout.left_before_contact = rollout.left_box;
+            }
             let row = game.row(z, sample.h_bar, &sample.gradient, &held.known, settings.alpha_per_s);
             match self.qp.solve(&nominal, Some(&row)) {
                 Ok(solution) => {
@@ -159,7 +175,6 @@ impl Pairs {
                 }
                 Err(_) => rollout.broken = true,
             }
-            rollout.left_box |= sample.outside_domain;
             held.known = held.disturbance;
         }
     }

@@ -11,7 +11,8 @@ use crate::subject::{Judge, OnProgress, Phase, Subject};
 
 /// What the certificate says and what it does not; stored beside its figures.
 pub const SCENARIO_STATEMENT: &str = "With confidence 1 - beta, a pair that starts at a state drawn uniformly from S_delta = {h >= delta, l > 0} \
-in the trained box comes closer than R within the horizon with probability at most epsilon. It is a probability over that distribution \
+in the trained box comes closer than R - tolerance within the horizon with probability at most epsilon; the second epsilon is for doing so before it \
+has left the trained box (for double integrators: before their relative velocity has). It is a probability over that distribution \
 of states, most of them far away, not over the boundary, and not over those a robot meets. It holds for the nominal and the disturbance policy \
 named, for one obstacle, for exact states and a loop without delay apart from the obstacle's rate, which is that of the cycle before. Where the \
 pair leaves the trained box, h is taken as the filter takes it there: residual at the nearest state inside, true distance. Each row holds by \
@@ -20,8 +21,14 @@ itself; all rows together hold with confidence 1 - (rows) beta.";
 /// Rollouts without a failure that bound the probability by 1e-4 with confidence 1 − 1e-6.
 pub const STANDARD_ROLLOUTS: usize = 138_149;
 
+/// Depth of contact that the standard certificate forgives, m.
+pub const STANDARD_TOLERANCE_M: f64 = 1e-3;
+
 /// The levels δ of the standard table, m.
 pub const STANDARD_LEVELS_M: [f64; 8] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5];
+
+/// Depths of contact that are counted apart, m. Zero is the strict count.
+const DEPTHS_M: [f64; 6] = [0.0, 0.001, 0.01, 0.05, 0.1, 0.2];
 
 /// Which loop to play, how often and for how long.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +46,9 @@ pub struct ScenarioSettings {
     pub slack_weight: f64,
     /// `β`: one minus the confidence, e.g. 1e-6.
     pub beta: f64,
+    /// Contact up to this depth is no failure, m, e.g. [`STANDARD_TOLERANCE_M`]: a loop that is sampled and whose QP is soft grazes the
+    /// boundary it steers along.
+    pub tolerance_m: f64,
     /// What the robot would do alone.
     pub nominal: NominalPolicy,
     /// What the obstacle does.
@@ -57,10 +67,24 @@ pub struct ScenarioRow {
     pub level_m: f64,
     /// Rollouts that started with `h ≥ δ`.
     pub rollouts: u64,
-    /// Of these, rollouts that came closer than R.
+    /// Of these, rollouts that came closer than R minus the tolerance.
     pub failures: u64,
     /// Smallest ε that the binomial bound allows.
     pub epsilon: f64,
+    /// Failures before the pair had left the trained box.
+    pub failures_in_box: u64,
+    /// Smallest ε for these.
+    pub epsilon_in_box: f64,
+}
+
+/// How many rollouts came closer than `R` by more than a depth.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DepthCount {
+    /// Depth, m.
+    pub deeper_than_m: f64,
+    /// Rollouts whose clearance fell below minus that.
+    pub rollouts: u64,
 }
 
 /// A rollout that failed, or came closest.
@@ -85,10 +109,10 @@ pub struct ScenarioRecord {
     pub settings: ScenarioSettings,
     /// One row per level, from the same rollouts.
     pub rows: Vec<ScenarioRow>,
+    /// How deep the failures of all rollouts went: even an exact value lets a sampled loop graze by millimetres.
+    pub depths: Vec<DepthCount>,
     /// Rollouts during which the pair left the trained box.
     pub left_box: u64,
-    /// Failures among these.
-    pub failures_that_left_box: u64,
     /// Rollouts in which the QP had no finite answer; counted as failures.
     pub without_answer: u64,
     /// The rollout that came closest.
@@ -110,6 +134,11 @@ impl ScenarioSettings {
                 value,
                 expected: "levels of at least 0 m",
             });
+        }
+        let tolerance_m = self.tolerance_m;
+        if !(tolerance_m.is_finite() && tolerance_m >= 0.0) {
+            let expected = "a depth of at least 0 m";
+            return Err(VerificationError::Setting { field: "tolerance_m", value: tolerance_m, expected });
         }
         if self.beta > 0.0 && self.beta < 1.0 {
             Ok(())
@@ -177,8 +206,20 @@ fn record(settings: &ScenarioSettings, rollouts: &[Rollout]) -> ScenarioRecord {
     let rows = settings.levels_m.iter().map(|&level_m| {
         let from = |rollout: &&Rollout| rollout.start_h_m >= level_m;
         let (of, failed) = (rollouts.iter().filter(from).count(), failures().filter(from).count());
-        let (rollouts, failures) = (of as u64, failed as u64);
-        ScenarioRow { level_m, rollouts, failures, epsilon: failure_bound(failures, rollouts, settings.beta) }
+        let inside = failures().filter(from).filter(|rollout| !rollout.left_before_contact).count();
+        let (rollouts, failures, failures_in_box) = (of as u64, failed as u64, inside as u64);
+        ScenarioRow {
+            level_m,
+            rollouts,
+            failures,
+            epsilon: failure_bound(failures, rollouts, settings.beta),
+            failures_in_box,
+            epsilon_in_box: failure_bound(failures_in_box, rollouts, settings.beta),
+        }
+    });
+    let depths = DEPTHS_M.map(|deeper_than_m| DepthCount {
+        deeper_than_m,
+        rollouts: rollouts.iter().filter(|rollout| rollout.clearance_m < -deeper_than_m).count() as u64,
     });
     let closest = rollouts.iter().min_by(|a, b| a.clearance_m.total_cmp(&b.clearance_m));
     let nothing = NotableRollout { start: [0.0; 4], start_h_m: 0.0, clearance_m: 0.0 };
@@ -186,8 +227,8 @@ fn record(settings: &ScenarioSettings, rollouts: &[Rollout]) -> ScenarioRecord {
         statement: SCENARIO_STATEMENT.to_owned(),
         settings: settings.clone(),
         rows: rows.collect(),
+        depths: depths.to_vec(),
         left_box: rollouts.iter().filter(|rollout| rollout.left_box).count() as u64,
-        failures_that_left_box: failures().filter(|rollout| rollout.left_box).count() as u64,
         without_answer: rollouts.iter().filter(|rollout| rollout.broken).count() as u64,
         closest: closest.map_or(nothing, |rollout| NotableRollout {
             start: rollout.start,

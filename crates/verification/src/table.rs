@@ -30,6 +30,9 @@ impl Display for Verification {
         if let Some(scenario) = &self.scenario {
             write!(f, "\n{scenario}")?;
         }
+        if let Some(affine) = &self.affine {
+            write!(f, "\n(e) proof on a box: {affine}")?;
+        }
         Ok(())
     }
 }
@@ -143,22 +146,28 @@ impl Display for ScenarioRecord {
         let (horizon, hertz) = (settings.horizon_s, settings.period_s.recip());
         writeln!(f, "(d) scenario certificate: {nominal}; {disturbance}; {horizon} s at {hertz:.0} Hz")?;
         writeln!(f, "  {}", self.statement)?;
-        let confidence = settings.beta;
-        writeln!(f, "  start h >= / failures / rollouts / P(contact) <= (confidence 1 - {confidence:e})")?;
-        for row in &self.rows {
-            writeln!(
-                f,
-                "  {:>12.2} m {:>10} {:>10} {:>14.2e}",
-                row.level_m, row.failures, row.rollouts, row.epsilon
-            )?;
-        }
-        line(
+        writeln!(
             f,
-            &format!("{:.3} m", self.closest.clearance_m),
-            "smallest clearance of any rollout; below zero is contact",
+            "  contact deeper than {} m; P is bounded with confidence 1 - {:e}:",
+            settings.tolerance_m, settings.beta
         )?;
-        let left = format!("{} of {}", self.failures_that_left_box, self.left_box);
-        line(f, &left, "rollouts that left the trained box failed")?;
+        writeln!(
+            f,
+            "  {:>12} {:>9} {:>9} {:>12} {:>19} {:>12}",
+            "start h >=", "rollouts", "contact", "P <=", "contact in the box", "P <="
+        )?;
+        for row in &self.rows {
+            let (level, of, all, inside) = (row.level_m, row.rollouts, row.failures, row.failures_in_box);
+            let (epsilon, in_box) = (row.epsilon, row.epsilon_in_box);
+            writeln!(f, "  {level:>10.2} m {of:>9} {all:>9} {epsilon:>12.3e} {inside:>19} {in_box:>12.3e}")?;
+        }
+        for depth in &self.depths {
+            let meaning = format!("rollouts came closer than R by more than {} m", depth.deeper_than_m);
+            line(f, &depth.rollouts.to_string(), &meaning)?;
+        }
+        let closest = format!("{:.3} m", self.closest.clearance_m);
+        line(f, &closest, "smallest clearance of any rollout; below zero is contact")?;
+        line(f, &self.left_box.to_string(), "rollouts left the trained box at some time")?;
         if self.without_answer > 0 {
             line(
                 f,
@@ -168,7 +177,7 @@ impl Display for ScenarioRecord {
         }
         match self.highest_failing_start_m {
             Some(metres) => line(f, &format!("{metres:.3} m"), "highest h a failing rollout began with"),
-            None => line(f, "none", "failed"),
+            None => line(f, "none", "of the rollouts failed"),
         }
     }
 }

@@ -7,11 +7,13 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::affine::AffineRecord;
 use crate::condition::{ConditionRecord, ConditionSettings, measure_condition};
 use crate::error::VerificationError;
 use crate::rollout::{DisturbancePolicy, NominalPolicy};
 use crate::scenario::{
-    STANDARD_LEVELS_M, STANDARD_ROLLOUTS, ScenarioRecord, ScenarioSettings, certify_by_rollouts,
+    STANDARD_LEVELS_M, STANDARD_ROLLOUTS, STANDARD_TOLERANCE_M, ScenarioRecord, ScenarioSettings,
+    certify_by_rollouts,
 };
 use crate::structural::{StructuralRecord, check_structure};
 use crate::subject::{OnProgress, Subject};
@@ -50,6 +52,7 @@ impl VerificationPlan {
                 alpha_per_s,
                 slack_weight,
                 beta: 1e-6,
+                tolerance_m: STANDARD_TOLERANCE_M,
                 nominal: NominalPolicy::TowardObstacle,
                 disturbance: DisturbancePolicy::LowersBarrier,
                 levels_m: STANDARD_LEVELS_M.to_vec(),
@@ -73,8 +76,8 @@ pub struct Verification {
     pub condition: Option<ConditionRecord>,
     /// (d)
     pub scenario: Option<ScenarioRecord>,
-    /// (e), as [`crate::affine`] writes it.
-    pub affine: Option<Value>,
+    /// (e)
+    pub affine: Option<AffineRecord>,
 }
 
 /// The metadata holds a verification of another version.

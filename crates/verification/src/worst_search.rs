@@ -54,7 +54,7 @@ pub(crate) fn search_worst(
                 })
                 .collect();
             for (index, point) in points(subject, judge, &tried).into_iter().enumerate() {
-                let admissible = point.h_m >= 0.0 && subject.failure_m(&point.z) > 0.0;
+                let admissible = point.h_m >= 0.0 && point.outside_failure;
                 let condition = |point: &Point| point.condition_mps(start.alpha_per_s);
                 if admissible && condition(&point) < condition(&best[index]) {
                     best[index] = point;
