@@ -3,7 +3,7 @@
 use barrier::{
     BarrierConstraint, BarrierObstacle, CbfQp, CompositeBarrier, CompositeSample, Kernel, Model, QpSolution,
 };
-use dynamics::{DoubleIntegratorPair, UnicyclePair, UnicycleStaticPair};
+use dynamics::{DoubleIntegratorPair, UnicyclePair};
 use messages::{
     ControlKind, Ledger, MAX_OBSTACLES, NominalCommand, Obstacles, Reason, RobotState, SafeCommand,
     SafetyStatus,
@@ -12,6 +12,7 @@ use node_runtime::Tick;
 use settings::{KernelChoice, Settings};
 
 use crate::brake::Brake;
+use crate::class_models::ClassModels;
 use crate::ladder::rung;
 use crate::model::FilterSetupError;
 use crate::prediction::{self, Inflation};
@@ -31,7 +32,6 @@ pub struct Inputs<'a> {
 /// The pair of robot and obstacle dynamics that the model was made for.
 pub(crate) enum Pair {
     Unicycle(UnicyclePair),
-    UnicycleStatic(UnicycleStaticPair),
     DoubleIntegrator(DoubleIntegratorPair),
 }
 
@@ -40,6 +40,7 @@ pub struct SafetyFilter {
     pair: Pair,
     control_kind: ControlKind,
     barrier: CompositeBarrier,
+    class_models: ClassModels,
     qp: CbfQp<2>,
     limits: Limits,
     inflation: Inflation,
@@ -62,23 +63,27 @@ struct Correction {
 }
 
 impl SafetyFilter {
-    /// Prepares the filter for `settings` with a model that fits them.
+    /// Prepares the filter for `settings` with a model that fits them, and loads the models of `filter.class_models`.
     ///
     /// # Errors
-    /// [`FilterSetupError`] if the model was made for other dynamics, bounds or radius, or the kernel does not run here.
+    /// [`FilterSetupError`] if a class's model cannot be loaded, a model was made for other dynamics, bounds or radius, or
+    /// the kernel does not run here.
     pub fn new(settings: &Settings, model: &Model) -> Result<Self, FilterSetupError> {
         let pair = crate::model::pair_that_fits(settings, model)?;
         let (robot, filter) = (&settings.robot, &settings.filter);
         let (control, control_kind) = match &pair {
             Pair::Unicycle(pair) => (pair.control, ControlKind::Unicycle),
-            Pair::UnicycleStatic(pair) => (pair.control, ControlKind::Unicycle),
             Pair::DoubleIntegrator(pair) => (pair.control, ControlKind::DoubleIntegrator),
         };
         let kernel = chosen_kernel(filter.kernel);
+        let mut barrier = CompositeBarrier::new(model, kernel, filter.beta_per_m)?;
+        let contact_radius_m = crate::model::contact_radius_m(settings);
+        let class_models = ClassModels::add_to(&mut barrier, filter, model, contact_radius_m)?;
         Ok(Self {
             pair,
             control_kind,
-            barrier: CompositeBarrier::new(model, kernel, filter.beta_per_m)?,
+            barrier,
+            class_models,
             qp: CbfQp::new(control, filter.slack_weight)?,
             limits: Limits::new(filter),
             inflation: Inflation::new(settings),
@@ -135,7 +140,6 @@ impl SafetyFilter {
         move |[x, y]| {
             let h = match &self.pair {
                 Pair::Unicycle(pair) => self.barrier.h_at(pair, &[x, y, heading_rad], &self.obstacles),
-                Pair::UnicycleStatic(pair) => self.barrier.h_at(pair, &[x, y, heading_rad], &self.obstacles),
                 Pair::DoubleIntegrator(pair) => self.barrier.h_at(pair, &[x, y, 0.0, 0.0], &self.obstacles),
             };
             h.unwrap_or(f64::INFINITY)
@@ -157,7 +161,6 @@ impl SafetyFilter {
         self.gather(trusted.obstacles, [pose[0], pose[1]], now_ns);
         let sample = match &self.pair {
             Pair::Unicycle(pair) => self.barrier.evaluate(pair, &pose, &self.obstacles),
-            Pair::UnicycleStatic(pair) => self.barrier.evaluate(pair, &pose, &self.obstacles),
             Pair::DoubleIntegrator(pair) => {
                 let [vx, vy] = trusted.robot_state.velocity_in_odom_mps();
                 self.barrier.evaluate(pair, &[pose[0], pose[1], vx, vy], &self.obstacles)
@@ -175,14 +178,13 @@ impl SafetyFilter {
         self.obstacles.clear();
         self.track_ids.clear();
         for obstacle in obstacles.as_slice() {
-            let predicted = match self.pair {
-                Pair::Unicycle(_) | Pair::UnicycleStatic(_) => {
-                    prediction::unicycle_obstacle(obstacle, &self.inflation, now_ns)
-                }
+            let mut predicted = match self.pair {
+                Pair::Unicycle(_) => prediction::unicycle_obstacle(obstacle, &self.inflation, now_ns),
                 Pair::DoubleIntegrator(_) => {
                     prediction::double_integrator_obstacle(obstacle, &self.inflation, now_ns)
                 }
             };
+            predicted.model = self.class_models.of(obstacle);
             let distance_m = (predicted.state[0] - robot_m[0]).hypot(predicted.state[1] - robot_m[1]);
             if distance_m <= self.sensing_range_m {
                 self.obstacles.push(predicted);

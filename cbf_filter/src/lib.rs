@@ -8,6 +8,7 @@
 //! way to switch the filter off.
 
 mod brake;
+mod class_models;
 mod filter;
 mod ladder;
 mod model;

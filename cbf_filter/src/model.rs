@@ -5,7 +5,7 @@ use std::path::Path;
 use barrier::{
     Bounds, CompositeSetupError, DynamicsKind, Expected, Model, ModelFileError, ModelMismatch, QpError,
 };
-use dynamics::{DoubleIntegratorPair, InputBox, InputBoxError, UnicyclePair, UnicycleStaticPair};
+use dynamics::{DoubleIntegratorPair, InputBox, InputBoxError, UnicyclePair};
 use settings::{EMBEDDED_PREFIX, ObstacleMotion, RobotKind, Settings};
 
 use crate::filter::Pair;
@@ -38,6 +38,14 @@ pub enum FilterSetupError {
     /// The model was made for something else.
     #[error("the model does not fit the settings: {0}")]
     Mismatch(#[from] ModelMismatch),
+    /// A model of `filter.class_models` is for another robot than `filter.model`.
+    #[error("model {name} of filter.class_models does not fit: {source}")]
+    ClassMismatch {
+        /// As written in the settings.
+        name: String,
+        /// In what it differs.
+        source: ModelMismatch,
+    },
     /// The control or disturbance bounds are no box.
     #[error("robot or obstacle bounds: {0}")]
     Bounds(#[from] InputBoxError),
@@ -85,23 +93,24 @@ pub(crate) fn pair_that_fits(settings: &Settings, model: &Model) -> Result<Pair,
         }
     };
     let disturbance = Bounds { min: obstacle.disturbance_min.clone(), max: obstacle.disturbance_max.clone() };
-    let failure_radius_m = settings.failure_radius_m();
-    model.check_fits(&Expected {
-        dynamics,
-        control,
-        disturbance,
-        failure_radius_m: Some(failure_radius_m),
-    })?;
-    model.check_covers(obstacle.max_speed_mps, failure_radius_m + settings.filter.sdf_buffer_m)?;
+    let failure_radius_m = Some(settings.failure_radius_m());
+    model.check_fits(&Expected { dynamics, control, disturbance, failure_radius_m })?;
+    model.check_covers(obstacle.max_speed_mps, contact_radius_m(settings))?;
     let (min, max) = (&obstacle.disturbance_min, &obstacle.disturbance_max);
-    Ok(match dynamics {
-        DynamicsKind::UnicyclePair => {
-            Pair::Unicycle(UnicyclePair { control, disturbance: InputBox::new([min[0]], [max[0]])? })
+    Ok(match robot.kind {
+        // The geometry of walking obstacles serves static ones too, whose models look at the position alone.
+        RobotKind::Unicycle => {
+            let [min, max] = [min, max].map(|ends| [ends.first().copied().unwrap_or(0.0)]);
+            Pair::Unicycle(UnicyclePair { control, disturbance: InputBox::new(min, max)? })
         }
-        DynamicsKind::UnicycleStaticPair => Pair::UnicycleStatic(UnicycleStaticPair { control }),
-        DynamicsKind::DoubleIntegratorPair => Pair::DoubleIntegrator(DoubleIntegratorPair {
+        RobotKind::DoubleIntegrator => Pair::DoubleIntegrator(DoubleIntegratorPair {
             control,
             disturbance: InputBox::new([min[0], min[1]], [max[0], max[1]])?,
         }),
     })
+}
+
+/// Distance of the centres at which contact counts for an obstacle of the default radius, buffer included, m.
+pub(crate) fn contact_radius_m(settings: &Settings) -> f64 {
+    settings.failure_radius_m() + settings.filter.sdf_buffer_m
 }

@@ -53,6 +53,7 @@ pub(crate) fn unicycle_obstacle(obstacle: &Obstacle, inflation: &Inflation, now_
         state: [x + vx * age_s, y + vy * age_s, heading, obstacle.speed_mps],
         rate: [vx, vy, obstacle.heading_rate_radps, obstacle.speed_rate_mps2],
         radius_m: inflation.radius_m(obstacle, now_ns),
+        model: 0,
     }
 }
 
@@ -70,5 +71,6 @@ pub(crate) fn double_integrator_obstacle(
         state: [x + vx * age_s, y + vy * age_s, vx, vy],
         rate: [vx, vy, ax, ay],
         radius_m: inflation.radius_m(obstacle, now_ns),
+        model: 0,
     }
 }

@@ -5,7 +5,7 @@ mod scene;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use barrier::{Bounds, DynamicsKind, GridRecord, InputEncoding, Model, ModelMetadata, NetworkWeights};
+use barrier::{Bounds, DynamicsKind, GridRecord, Model, ModelMetadata};
 use cbf_filter::{FilterSetupError, SafetyFilter, load_model};
 use settings::{KernelChoice, ObstacleMotion, Settings};
 
@@ -165,17 +165,7 @@ fn a_static_model_guards_against_things_that_stand() {
     settings.obstacle.disturbance_min.clear();
     settings.obstacle.disturbance_max.clear();
     settings.obstacle.max_speed_mps = 0.0;
-    let mut metadata = shipped().metadata().clone();
-    metadata.dynamics = DynamicsKind::UnicycleStaticPair;
-    metadata.encoding = InputEncoding::Position;
-    metadata.disturbance = Bounds { min: vec![], max: vec![] };
-    metadata.grid.min[2..].fill(-1.0);
-    metadata.grid.max[2..].fill(1.0);
-    metadata.grid.periodic = [false; 4];
-    let mut layers = shipped().weights().layers().to_vec();
-    layers[0].weight = layers[0].weight.chunks(4).flat_map(|row| row[..2].to_vec()).collect();
-    let weights = NetworkWeights::new(InputEncoding::Position, layers).expect("two inputs");
-    let model = Model::new(weights, metadata).expect("a static model");
+    let model = scene::static_model();
     let mut filter = SafetyFilter::new(&settings, &model).expect("fits static settings");
     let pillar = scene::person(3, [2.0, 0.1], [0.0; 2], scene::START_NS);
     let command = scene::Scene::fresh(&[pillar], scene::START_NS).step(&mut filter, scene::START_NS);

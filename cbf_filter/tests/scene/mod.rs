@@ -2,6 +2,7 @@
 
 #![allow(dead_code, missing_docs, unreachable_pub)]
 
+use barrier::{Bounds, DynamicsKind, InputEncoding, Model, NetworkWeights};
 use bytemuck::Zeroable;
 use cbf_filter::{Inputs, SafetyFilter, load_model};
 use messages::{
@@ -26,6 +27,23 @@ pub fn filter() -> SafetyFilter {
     let settings = settings();
     let model = load_model(&settings.filter.model).expect("shipped model");
     SafetyFilter::new(&settings, &model).expect("shipped model fits shipped settings")
+}
+
+/// A model of static obstacles: the shipped weights, as far as they look at the position.
+pub fn static_model() -> Model {
+    let shipped = load_model(&settings().filter.model).expect("shipped model");
+    let mut metadata = shipped.metadata().clone();
+    metadata.dynamics = DynamicsKind::UnicycleStaticPair;
+    metadata.encoding = InputEncoding::Position;
+    metadata.disturbance = Bounds { min: vec![], max: vec![] };
+    metadata.grid.min[2..].fill(-1.0);
+    metadata.grid.max[2..].fill(1.0);
+    metadata.grid.periodic = [false; 4];
+    let mut layers = shipped.weights().layers().to_vec();
+    let inputs = layers[0].weight.len() / layers[0].bias.len();
+    layers[0].weight = layers[0].weight.chunks(inputs).flat_map(|row| row[..2].to_vec()).collect();
+    let weights = NetworkWeights::new(InputEncoding::Position, layers).expect("two inputs");
+    Model::new(weights, metadata).expect("a static model")
 }
 
 pub fn stamp(now_ns: u64) -> Stamp {

@@ -51,6 +51,7 @@ impl TrainedDomain {
 
     /// Returns the same box with components that do not matter: they are taken for 0, carry no gradient, and lie
     /// nowhere outside.
+    #[must_use]
     pub fn with_idle(self, idle: [bool; 4]) -> Self {
         Self { idle, ..self }
     }

@@ -131,6 +131,36 @@ impl Model {
         Err(ModelMismatch::Hash { model: model.clone(), expected: sha256.to_owned() })
     }
 
+    /// Checks that the model is for the same robot as `other`, so that one composite can hold both; obstacles may differ.
+    ///
+    /// # Errors
+    /// * [`ModelMismatch::Dynamics`], [`ModelMismatch::Control`].
+    pub fn check_same_robot(&self, other: &Self) -> Result<(), ModelMismatch> {
+        let (model, expected) = (self.metadata(), other.metadata());
+        if !model.dynamics.shares_robot_with(expected.dynamics) {
+            return Err(ModelMismatch::Dynamics { model: model.dynamics, expected: expected.dynamics });
+        }
+        if !close(&Bounds::from(&model.control), &Bounds::from(&expected.control)) {
+            return Err(ModelMismatch::Control { model: model.control, expected: expected.control });
+        }
+        Ok(())
+    }
+
+    /// Returns the speed up to which obstacles lie in the trained domain, m/s; 0 for a model of static obstacles. For a
+    /// double integrator it is that of a robot at rest.
+    pub fn covered_speed_mps(&self) -> f64 {
+        match self.metadata().dynamics {
+            DynamicsKind::UnicyclePair => self.metadata().grid.max[3],
+            DynamicsKind::DoubleIntegratorPair => self.reach(2).min(self.reach(3)),
+            DynamicsKind::UnicycleStaticPair => 0.0,
+        }
+    }
+
+    /// Distance from 0 to the nearer end of an axis of the trained domain.
+    fn reach(&self, axis: usize) -> f64 {
+        self.metadata().grid.max[axis].min(-self.metadata().grid.min[axis])
+    }
+
     /// Checks that obstacles of up to `max_speed_mps` lie in the trained domain, and the disc of contact of `radius_m`
     /// (robot, obstacle and buffer) inside of it.
     ///
@@ -140,17 +170,11 @@ impl Model {
     /// # Errors
     /// * [`ModelMismatch::Speed`], [`ModelMismatch::Reach`].
     pub fn check_covers(&self, max_speed_mps: f64, radius_m: f64) -> Result<(), ModelMismatch> {
-        let grid = &self.metadata().grid;
-        let reach = |axis: usize| grid.max[axis].min(-grid.min[axis]);
-        let model_mps = match self.metadata().dynamics {
-            DynamicsKind::UnicyclePair => grid.max[3],
-            DynamicsKind::DoubleIntegratorPair => reach(2).min(reach(3)),
-            DynamicsKind::UnicycleStaticPair => 0.0,
-        };
+        let model_mps = self.covered_speed_mps();
         if max_speed_mps > model_mps + TOLERANCE {
             return Err(ModelMismatch::Speed { model_mps, expected_mps: max_speed_mps });
         }
-        let reach_m = reach(0).min(reach(1));
+        let reach_m = self.reach(0).min(self.reach(1));
         if radius_m >= reach_m {
             return Err(ModelMismatch::Reach { reach_m, radius_m });
         }

@@ -57,6 +57,16 @@ pub enum DynamicsKind {
 }
 
 impl DynamicsKind {
+    /// Returns whether both describe the same robot, against obstacles of whatever kind.
+    pub const fn shares_robot_with(self, other: Self) -> bool {
+        match self {
+            Self::UnicyclePair | Self::UnicycleStaticPair => {
+                matches!(other, Self::UnicyclePair | Self::UnicycleStaticPair)
+            }
+            Self::DoubleIntegratorPair => matches!(other, Self::DoubleIntegratorPair),
+        }
+    }
+
     /// Returns how many components the obstacle's disturbance has.
     pub const fn disturbance_count(self) -> usize {
         match self {

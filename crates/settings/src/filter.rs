@@ -1,7 +1,11 @@
 //! Process 4: the barrier, its quadratic program and the limits of trust.
 
+use std::collections::BTreeMap;
+use std::path::Path;
+
 use serde::{Deserialize, Serialize};
 
+use crate::EMBEDDED_PREFIX;
 use crate::error::{Checked, non_negative, positive, positive_ms, require};
 
 /// Which evaluation kernel computes the barrier.
@@ -16,6 +20,20 @@ pub enum KernelChoice {
     Avx2Fma,
     /// x86-64 with AVX-512F; the same bytes as with AVX2 and FMA.
     Avx512,
+}
+
+/// What perception says an obstacle is, as `[filter.class_models]` names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ClassName {
+    /// A person on foot.
+    Pedestrian,
+    /// A person on a bicycle or scooter.
+    Cyclist,
+    /// Something that does not move.
+    Static,
+    /// Another robot or vehicle.
+    Vehicle,
 }
 
 /// Settings of `cbf_filter`.
@@ -56,11 +74,25 @@ pub struct FilterSettings {
     pub future_tolerance_ms: u64,
     /// Evaluation kernel.
     pub kernel: KernelChoice,
+    /// Models for obstacles of a class, written like `model`; a class that is absent, and `unknown`, take `model`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub class_models: BTreeMap<ClassName, String>,
 }
 
 impl FilterSettings {
+    /// Resolves relative model paths against `folder`.
+    pub(crate) fn resolve(&mut self, folder: &Path) {
+        for model in std::iter::once(&mut self.model).chain(self.class_models.values_mut()) {
+            if !model.is_empty() && !model.starts_with(EMBEDDED_PREFIX) {
+                *model = folder.join(&*model).to_string_lossy().into_owned();
+            }
+        }
+    }
+
     pub(crate) fn validate(&self) -> Checked {
         require(!self.model.is_empty(), "filter.model", &self.model, "a file or embedded:NAME")?;
+        let named = self.class_models.values().all(|model| !model.is_empty());
+        require(named, "filter.class_models", &self.class_models, "a file or embedded:NAME for each class")?;
         if let Some(hash) = &self.model_sha256 {
             let digits = hash.len() == 64 && hash.bytes().all(|digit| digit.is_ascii_hexdigit());
             require(digits, "filter.model_sha256", hash, "64 hexadecimal digits, or absent")?;
@@ -80,5 +112,63 @@ impl FilterSettings {
         positive_ms("filter.detections_max_age_ms", self.detections_max_age_ms)?;
         positive_ms("filter.nominal_max_silence_ms", self.nominal_max_silence_ms)?;
         positive_ms("filter.future_tolerance_ms", self.future_tolerance_ms)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Settings, SettingsError};
+
+    const SHIPPED: &str = include_str!("../../../config/ground_robot.toml");
+
+    /// The shipped file with lines added to `[filter]` and a table after it.
+    fn parse(lines: &str, table: &str) -> Result<Settings, SettingsError> {
+        let text = SHIPPED.replace("[filter]", &format!("[filter]\n{lines}"));
+        Settings::parse(&format!("{text}\n{table}"), Path::new("test.toml"), Path::new("config"))
+    }
+
+    #[test]
+    fn class_models_are_resolved_like_the_model_and_survive_a_round_trip() {
+        let table = "[filter.class_models]\ncyclist = \"cyclist.safetensors\"\nstatic = \"embedded:static\"";
+        let settings = parse("", table).unwrap();
+        let models: Vec<_> = settings.filter.class_models.values().map(String::as_str).collect();
+        assert_eq!(models, ["config/cyclist.safetensors", "embedded:static"]);
+        let again =
+            Settings::parse(&settings.to_toml().unwrap(), Path::new("test.toml"), Path::new("")).unwrap();
+        assert_eq!(again, settings);
+    }
+
+    #[test]
+    fn an_unknown_class_or_a_class_without_model_is_named() {
+        let message = parse("", "[filter.class_models]\ndragon = \"a\"").unwrap_err().to_string();
+        assert!(message.contains("dragon") && message.contains("cyclist"), "{message}");
+        let message = parse("", "[filter.class_models]\ncyclist = \"\"").unwrap_err().to_string();
+        assert!(message.contains("filter.class_models"), "{message}");
+    }
+
+    #[test]
+    fn a_pinned_hash_has_64_hexadecimal_digits() {
+        let digits = "0123456789abcdef".repeat(4);
+        let settings = parse(&format!("model_sha256 = \"{digits}\""), "").unwrap();
+        assert_eq!(settings.filter.model_sha256, Some(digits));
+        for wrong in ["0".repeat(63), "g".repeat(64)] {
+            let message = parse(&format!("model_sha256 = \"{wrong}\""), "").unwrap_err().to_string();
+            assert!(message.contains("filter.model_sha256") && message.contains("64"), "{message}");
+        }
+    }
+
+    #[test]
+    fn every_kernel_has_its_name() {
+        for (name, choice) in [
+            ("auto", KernelChoice::Auto),
+            ("portable", KernelChoice::Portable),
+            ("avx2-fma", KernelChoice::Avx2Fma),
+            ("avx512", KernelChoice::Avx512),
+        ] {
+            let text = SHIPPED.replace("kernel = \"auto\"", &format!("kernel = \"{name}\""));
+            let settings = Settings::parse(&text, Path::new("test.toml"), Path::new("")).unwrap();
+            assert_eq!(settings.filter.kernel, choice);
+        }
     }
 }

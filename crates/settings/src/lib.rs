@@ -19,13 +19,13 @@ mod slack;
 mod sources;
 mod training;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 pub use error::SettingsError;
 pub use estimator::{EstimatorKind, EstimatorSettings};
-pub use filter::{FilterSettings, KernelChoice};
+pub use filter::{ClassName, FilterSettings, KernelChoice};
 pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings};
 pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
 pub use robot::{ObstacleMotion, ObstacleSettings, RobotKind, RobotSettings};
@@ -82,10 +82,7 @@ impl Settings {
     pub fn parse(text: &str, origin: &Path, folder: &Path) -> Result<Self, SettingsError> {
         let mut settings: Self = toml::from_str(text)
             .map_err(|source| SettingsError::Parse { path: origin.to_owned(), source: Box::new(source) })?;
-        if !settings.filter.model.starts_with(EMBEDDED_PREFIX) {
-            let model: PathBuf = folder.join(&settings.filter.model);
-            settings.filter.model = model.to_string_lossy().into_owned();
-        }
+        settings.filter.resolve(folder);
         settings.validate()?;
         Ok(settings)
     }
