@@ -1,7 +1,7 @@
 //! What every subcommand needs: settings, logging, a look at the clock for progress.
 
 use std::io::IsTerminal;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use settings::Settings;
@@ -42,4 +42,20 @@ pub(crate) fn refuse_unwritable(file: &Path) -> anyhow::Result<()> {
         std::fs::remove_file(file).with_context(|| format!("cannot remove {}", file.display()))?;
     }
     Ok(())
+}
+
+/// `file` with `word` before its ending: `a.value.safetensors` and `true` give `a.value.true.safetensors`.
+pub(crate) fn beside(file: &Path, word: &str) -> PathBuf {
+    let ending = file.extension().map_or_else(String::new, |ending| format!(".{}", ending.to_string_lossy()));
+    file.with_extension(format!("{word}{ending}"))
+}
+
+/// Removes a file that may not be there.
+pub(crate) fn remove_if_there(file: &Path) -> anyhow::Result<()> {
+    match std::fs::remove_file(file) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove {}", file.display()))
+        }
+        _ => Ok(()),
+    }
 }

@@ -17,7 +17,14 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<bool> {
         ("recording", recording(args)?)
     } else {
         match Model::load(&args.file) {
-            Ok(model) => ("model", serde_json::to_value(model.metadata())?),
+            Ok(model) => {
+                if let Some(output) = &args.plot {
+                    crate::inspect_plot::plot(args, &model, output)?;
+                    println!("wrote {}", output.display());
+                    return Ok(true);
+                }
+                ("model", serde_json::to_value(model.metadata())?)
+            }
             Err(model_error) => match ValueFunction::<4>::load(&args.file) {
                 Ok(value) => ("value function", serde_json::to_value(value.metadata())?),
                 Err(value_error) => anyhow::bail!(
@@ -26,6 +33,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<bool> {
             },
         }
     };
+    anyhow::ensure!(args.plot.is_none(), "{name} is a {kind}; --plot draws models");
     if !args.json {
         println!("{name}: {kind}");
     }

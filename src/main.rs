@@ -4,16 +4,19 @@ mod cli;
 mod common;
 mod doctor;
 mod inspect;
+mod inspect_plot;
 mod lockstep;
 mod outcome;
 mod process;
 mod progress;
+mod prove;
 mod replay;
 mod run;
 mod run_folder;
 mod session;
 mod solve;
 mod train;
+mod verify;
 mod why;
 
 use std::process::ExitCode;
@@ -31,6 +34,7 @@ fn main() -> ExitCode {
         Command::Why(args) => why::why(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Train(args) => train::train(&args),
+        Command::Verify(args) => verify::verify(&args),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Doctor(args) => doctor::doctor(&args),
         Command::Bridge(args) => process::bridge(&args),
