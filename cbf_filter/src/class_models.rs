@@ -36,18 +36,17 @@ impl ClassModels {
         let mut models = Self { by_class: [0; CLASSES], covered_mps: vec![default.covered_speed_mps()] };
         let mut names = vec![settings.model.as_str()];
         for (class, name) in &settings.class_models {
-            let index = match names.iter().position(|known| known == name) {
-                Some(index) => index,
-                None => {
-                    let model = load_model(name)?;
-                    model
-                        .check_same_robot(default)
-                        .and_then(|()| model.check_covers(0.0, contact_radius_m))
-                        .map_err(|source| FilterSetupError::ClassMismatch { name: name.clone(), source })?;
-                    models.covered_mps.push(model.covered_speed_mps());
-                    names.push(name);
-                    composite.add_model(&model).map_err(CompositeSetupError::from)?
-                }
+            let index = if let Some(index) = names.iter().position(|known| known == name) {
+                index
+            } else {
+                let model = load_model(name)?;
+                model
+                    .check_same_robot(default)
+                    .and_then(|()| model.check_covers(0.0, contact_radius_m))
+                    .map_err(|source| FilterSetupError::ClassMismatch { name: name.clone(), source })?;
+                models.covered_mps.push(model.covered_speed_mps());
+                names.push(name);
+                composite.add_model(&model).map_err(CompositeSetupError::from)?
             };
             models.by_class[code(*class)] = index;
         }
