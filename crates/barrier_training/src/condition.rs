@@ -15,9 +15,9 @@ use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use settings::ConditionSettings;
 
-/// Candidates drawn, and how many of them one epoch looks at.
-const CANDIDATES: usize = 1 << 20;
-const LOOKED_AT: usize = 1 << 18;
+/// Candidates per sample of the value, and parts they are looked at in, one an epoch.
+const PER_SAMPLE: f64 = 0.5;
+const PARTS: usize = 4;
 /// Candidates per random stream.
 const CHUNK: usize = 1 << 12;
 /// Random streams that nothing else uses.
@@ -40,15 +40,16 @@ pub(crate) struct ConditionStates<'a> {
 }
 
 impl<'a> ConditionStates<'a> {
-    /// Draws the candidates.
+    /// Draws the candidates of a run with this seed and number of samples.
     pub(crate) fn draw(
         sampler: &impl Sampler,
         settings: ConditionSettings,
         game: &'a dyn WorstCase,
-        seed: u64,
+        (seed, samples): (u64, usize),
     ) -> Self {
         let band_m = [settings.band_m[0] - REACH_M, settings.band_m[1] + REACH_M];
-        let mut candidates = vec![[0.0; 4]; CANDIDATES];
+        let chunks = (PER_SAMPLE * samples as f64 / (PARTS * CHUNK) as f64).ceil() as usize;
+        let mut candidates = vec![[0.0; 4]; chunks * PARTS * CHUNK];
         candidates.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, states)| {
             let mut rng = Pcg64::new(u128::from(seed), CANDIDATE_STREAM + chunk as u128);
             states.fill_with(|| sampler.near_zero_level(band_m, &mut rng).map(|c| c as f32));
@@ -59,9 +60,9 @@ impl<'a> ConditionStates<'a> {
 
     /// Chooses the states of `epoch` by the present network.
     pub(crate) fn refresh(&mut self, epoch: u64, network: &FittedNetwork) {
-        let parts = (CANDIDATES / LOOKED_AT) as u64;
-        let first = (epoch % parts) as usize * LOOKED_AT;
-        let looked_at = &self.candidates[first..first + LOOKED_AT];
+        let part = self.candidates.len() / PARTS;
+        let first = (epoch % PARTS as u64) as usize * part;
+        let looked_at = &self.candidates[first..first + part];
         let fitted = evaluate(network, looked_at);
         let [low, high] = self.settings.band_m;
         let short = |(state, &(residual, slope)): (&[f32; 4], &(f32, [f32; 4]))| {
@@ -97,7 +98,7 @@ impl<'a> ConditionStates<'a> {
 
     /// Share of the states looked at that fell short.
     pub(crate) fn share(&self) -> f64 {
-        self.kept.len() as f64 / LOOKED_AT as f64
+        self.kept.len() as f64 / (self.candidates.len() / PARTS) as f64
     }
 
     /// The next `blocks` blocks of states, over and over again; nothing where too few fell short.

@@ -36,16 +36,16 @@ impl<'a> Target<'a> {
         settings: &TrainingSettings,
         condition: Condition<'g>,
     ) -> (Pool, Option<ConditionStates<'g>>) {
-        let seed = settings.seed;
+        let run = (settings.seed, settings.samples.count);
         match self {
             Self::Grid(grid) => {
                 let strata = Strata::of(grid, &settings.samples, settings.encoding);
-                let states = condition.map(|(c, game)| ConditionStates::draw(&strata, c, game, seed));
+                let states = condition.map(|(c, game)| ConditionStates::draw(&strata, c, game, run));
                 (Pool::draw(&strata, settings), states)
             }
             Self::ClosedForm(target) => {
                 let sampler = ClosedFormSampler { target, settings: settings.samples };
-                let states = condition.map(|(c, game)| ConditionStates::draw(&sampler, c, game, seed));
+                let states = condition.map(|(c, game)| ConditionStates::draw(&sampler, c, game, run));
                 (Pool::draw(&sampler, settings), states)
             }
         }

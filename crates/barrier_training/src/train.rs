@@ -29,7 +29,7 @@ use std::path::Path;
 const WEIGHT_STREAM: u128 = 1 << 64;
 const SHUFFLE_STREAM: u128 = 2 << 64;
 /// States at which the barrier condition of the result is counted.
-const CONDITION_STATES: usize = 1_000_000;
+const CONDITION_STATES: usize = 400_000;
 
 /// Where a run stands, after each epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]

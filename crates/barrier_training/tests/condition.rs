@@ -25,8 +25,10 @@ fn pair() -> Box<dyn WorstCase> {
     game(DoubleIntegratorPair { control, disturbance })
 }
 
+/// The value against a robot weaker than the true one, so that the true one can meet the condition.
 fn closed_form() -> (ClosedForm, [Axis; 4]) {
-    let (control, disturbance) = boxes();
+    let (_, disturbance) = boxes();
+    let control = InputBox::new([-1.8; 2], [1.8; 2]).unwrap();
     let value = DoubleIntegratorValue::new(&control, &disturbance, RADIUS_M).unwrap();
     let (min, max) = ([-3.0, -3.0, -2.0, -2.0], [3.0, 3.0, 2.0, 2.0]);
     let axes = core::array::from_fn(|k| Axis::bounded(min[k], max[k], 8));
@@ -45,7 +47,7 @@ fn condition() -> ConditionSettings {
     ConditionSettings {
         alpha_per_s: 4.0,
         margin_mps: 0.05,
-        weight: 0.5,
+        weight: 0.03,
         knee_mps: 0.2,
         band_m: [-0.05, 0.3],
         samples_per_value: 0.5,
