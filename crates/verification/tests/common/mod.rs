@@ -10,6 +10,8 @@ use barrier::{
     NetworkWeights, TrainingRecord,
 };
 use dynamics::InputBox;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
 use verification::{DisturbancePolicy, NominalPolicy, Progress, ScenarioSettings};
 
 /// Goes on, whatever was done.
@@ -23,6 +25,18 @@ pub(crate) fn constant_residual(encoding: InputEncoding, bias: f32) -> NetworkWe
     let layers = sizes.windows(2).enumerate().map(|(index, sizes)| LayerWeights {
         weight: vec![0.0; sizes[0] * sizes[1]],
         bias: vec![if index == 6 { bias } else { 0.0 }; sizes[1]],
+    });
+    NetworkWeights::new(encoding, layers.collect()).unwrap()
+}
+
+/// A network of random parameters with gradients as large as a trained one's.
+pub(crate) fn random_residual(encoding: InputEncoding, seed: u64) -> NetworkWeights {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let sizes = encoding.layer_sizes();
+    let layers = sizes.windows(2).map(|sizes| {
+        let bound = 3.0 / (sizes[0] as f32).sqrt();
+        let mut numbers = |count: usize| (0..count).map(|_| rng.random_range(-bound..bound)).collect();
+        LayerWeights { weight: numbers(sizes[0] * sizes[1]), bias: numbers(sizes[1]) }
     });
     NetworkWeights::new(encoding, layers.collect()).unwrap()
 }
