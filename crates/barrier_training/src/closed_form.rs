@@ -9,12 +9,15 @@ use settings::SampleSettings;
 /// Residual beyond which a state is active, m.
 const ACTIVE_M: f64 = 0.02;
 
+/// A value function of the relative state, m.
+pub type ValueFn = Box<dyn Fn(&[f64; 4]) -> f64 + Send + Sync>;
+
 /// A value function in closed form over a box of relative states `[p, v]`.
 ///
 /// Double integrators only: where inputs are accelerations, `p → λp, v → √λ·v` scales the smallest distance ever reached
 /// by `λ`, whatever the input boxes. So any state can be moved to a chosen level of V without a search.
 pub struct ClosedForm {
-    value_m: Box<dyn Fn(&[f64; 4]) -> f64 + Send + Sync>,
+    value_m: ValueFn,
     failure_radius_m: f64,
     min: [f64; 4],
     max: [f64; 4],
@@ -22,12 +25,7 @@ pub struct ClosedForm {
 
 impl ClosedForm {
     /// The target `value_m` m over the box from `min` to `max`, for the failure radius R, m.
-    pub fn new(
-        value_m: Box<dyn Fn(&[f64; 4]) -> f64 + Send + Sync>,
-        failure_radius_m: f64,
-        min: [f64; 4],
-        max: [f64; 4],
-    ) -> Self {
+    pub fn new(value_m: ValueFn, failure_radius_m: f64, min: [f64; 4], max: [f64; 4]) -> Self {
         Self { value_m, failure_radius_m, min, max }
     }
 

@@ -38,7 +38,7 @@ mod verify;
 mod worst_case;
 
 pub use checkpoint::CheckpointError;
-pub use closed_form::ClosedForm;
+pub use closed_form::{ClosedForm, ValueFn};
 pub use error::{TargetError, TrainError};
 pub use export::{ExportError, network_of};
 pub use judge::{Judge, uniform_states};

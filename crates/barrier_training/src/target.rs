@@ -21,7 +21,7 @@ pub enum Target<'a> {
 /// The condition a run asks for, and the game it holds in.
 pub(crate) type Condition<'a> = Option<(ConditionSettings, &'a dyn WorstCase)>;
 
-impl<'a> Target<'a> {
+impl Target<'_> {
     /// Radius of the failure set, m.
     pub fn failure_radius_m(self) -> f64 {
         match self {

@@ -130,11 +130,13 @@ fn fingerprint(job: &Job<'_>) -> String {
         for state in uniform_states(&job.judge.axes, 64) {
             // Any gradient tells the boxes apart; those of the distance look toward and away from the obstacle.
             for flow in [game.flow(&state, &state), game.flow(&state, &state.map(|c| -c))] {
-                flow.iter().for_each(|f| hash.update(f.to_le_bytes()));
+                for rate in flow {
+                    hash.update(rate.to_le_bytes());
+                }
             }
         }
     }
-    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hash.finalize().iter().fold(String::new(), |hex, byte| hex + &format!("{byte:02x}"))
 }
 
 /// A run under way.

@@ -116,7 +116,7 @@ pub fn barrier_condition(
             continue;
         }
         let condition = condition_at(&z, *residual, slope, failure_radius_m, game, alpha_per_s);
-        let member = [h >= 0.0, h >= 0.0 && h < BOUNDARY_M, h < BOUNDARY_M];
+        let member = [h >= 0.0, (0.0..BOUNDARY_M).contains(&h), h < BOUNDARY_M];
         for (count, member) in counts.iter_mut().zip(member) {
             count[0] += usize::from(member);
             count[1] += usize::from(member && condition < 0.0);
