@@ -425,4 +425,6 @@ pub(crate) enum KernelName {
     Portable,
     /// x86-64 with AVX2 and FMA
     Avx2Fma,
+    /// x86-64 with AVX-512
+    Avx512,
 }

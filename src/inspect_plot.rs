@@ -11,7 +11,7 @@ use verification::TrueValue;
 use crate::cli::InspectArgs;
 
 /// Samples along each axis of a slice.
-const SIDE: usize = 121;
+const SIDE: usize = 91;
 
 /// Writes the picture of `model`, with V where `--value` names its file or a closed form is known.
 pub(crate) fn plot(args: &InspectArgs, model: &Model, output: &Path) -> anyhow::Result<()> {

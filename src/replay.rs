@@ -64,6 +64,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<bool> {
         settings.filter.kernel = match kernel {
             KernelName::Portable => KernelChoice::Portable,
             KernelName::Avx2Fma => KernelChoice::Avx2Fma,
+            KernelName::Avx512 => KernelChoice::Avx512,
         };
     }
     let intake = Intake::of(McapSource::open(&args.file, &settings, args.closed_loop)?.report());

@@ -13,9 +13,9 @@ use crate::theme::Role;
 const PANEL: f64 = 260.0;
 /// Room left of the panels, above, between and below them, pixels.
 const LEFT: f64 = 58.0;
-const TOP: f64 = 64.0;
-const GAP: [f64; 2] = [26.0, 58.0];
-const BOTTOM: f64 = 78.0;
+const TOP: f64 = 86.0;
+const GAP: [f64; 2] = [26.0, 84.0];
+const BOTTOM: f64 = 70.0;
 
 /// Lower ends of the colour bands of V and h, m, with their colours: unsafe in reds, safe in blues that fade with the distance.
 const LEVELS_M: [(f64, &str); 9] = [
@@ -92,7 +92,7 @@ pub fn model_figure_svg(figure: &ModelFigure) -> String {
     for (row, slice) in figure.slices.iter().enumerate() {
         let y = TOP + row as f64 * (PANEL + GAP[1]);
         let at = |column: usize| [LEFT + column as f64 * (PANEL + GAP[0]), y];
-        picture = picture.add(text(LEFT, y - 24.0, &slice.caption, "start").set("fill", Role::Faint.hex()));
+        picture = picture.add(text(LEFT, y - 26.0, &slice.caption, "start").set("fill", Role::Faint.hex()));
         picture = if let Some(value_m) = &slice.value_m {
             let error_m: Vec<f64> = slice.barrier_m.iter().zip(value_m).map(|(h, v)| h - v).collect();
             picture
