@@ -4,10 +4,10 @@
 //! not depend on the number of threads nor on the vector width.
 
 use crate::coefficients::Coefficients;
-use crate::operator::Operator;
+use crate::operator::{Operator, Scratch};
 use crate::{Grid, SolveError, SolverSettings, TimeIntegrator};
 use dynamics::RelativeDynamics;
-use pulp::Arch;
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 /// Weights of one evaluation: `out = keep · start + blend · (current + Δt Ĥ(current))`.
@@ -120,19 +120,55 @@ impl<const N: usize, const NU: usize, const ND: usize> Stepper<N, NU, ND> {
         out.par_chunks_mut(len * planes_per_task).enumerate().for_each_init(
             || self.operator.scratch(),
             |scratch, (task, out)| {
-                self.arch.dispatch(|| {
-                    for (k, out) in out.chunks_exact_mut(len).enumerate() {
-                        let plane = task * planes_per_task + k;
-                        let nodes = plane * len..(plane + 1) * len;
-                        self.operator.rate(current, plane, scratch, out);
-                        blend(out, &start[nodes.clone()], &current[nodes.clone()], step, stage);
-                        if let Some(ceiling) = ceiling {
-                            lower_to(out, &ceiling[nodes]);
-                        }
-                    }
+                let first_plane = task * planes_per_task;
+                let operator = &self.operator;
+                self.arch.dispatch(Task {
+                    operator,
+                    start,
+                    current,
+                    step,
+                    stage,
+                    ceiling,
+                    first_plane,
+                    scratch,
+                    out,
                 });
             },
         );
+    }
+}
+
+/// The planes that one worker evaluates in one go.
+///
+/// A type of its own rather than a closure: only what is always inlined is compiled for the vector width found at run
+/// time, and a closure of this size is not.
+struct Task<'a, const N: usize, const NU: usize, const ND: usize> {
+    operator: &'a Operator<N, NU, ND>,
+    start: &'a [f32],
+    current: &'a [f32],
+    step: f32,
+    stage: Stage,
+    ceiling: Option<&'a [f32]>,
+    first_plane: usize,
+    scratch: &'a mut Scratch<N>,
+    out: &'a mut [f32],
+}
+
+impl<const N: usize, const NU: usize, const ND: usize> NullaryFnOnce for Task<'_, N, NU, ND> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let len = self.operator.plane_len();
+        for (k, out) in self.out.chunks_exact_mut(len).enumerate() {
+            let plane = self.first_plane + k;
+            let nodes = plane * len..(plane + 1) * len;
+            self.operator.rate(self.current, plane, self.scratch, out);
+            blend(out, &self.start[nodes.clone()], &self.current[nodes.clone()], self.step, self.stage);
+            if let Some(ceiling) = self.ceiling {
+                lower_to(out, &ceiling[nodes]);
+            }
+        }
     }
 }
 
