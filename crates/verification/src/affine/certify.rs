@@ -15,6 +15,9 @@ use super::record::AffineRecord;
 use super::search::{AffineProgress, Search};
 use crate::game::Game;
 
+/// A quarter of a trained network's usual gain.
+const LEAST_GAIN: f64 = 0.1;
+
 /// Proves, refutes or leaves open that the CBF condition of `model` holds on a region up to `ε`.
 ///
 /// The statement: for all `z` in the region with `h̄(z) ≥ 0` and `ℓ(z) > 0`,
@@ -67,16 +70,16 @@ pub fn certify(
     Ok(AffineRecord::new(model, &search, deviation))
 }
 
-/// How sensitive bounds are to the width of a box along each axis: the network's first layer, and at least the failure
-/// function and the flow.
+/// How strongly each axis drives what is bounded: the network's first layer, and at least the failure function and flow.
 fn gains(model: &Model, condition: &BoxCondition) -> [f64; AXES] {
-    let metadata = model.metadata();
-    let position = 1.0 / metadata.failure_radius_m;
-    let least = match metadata.dynamics {
-        DynamicsKind::UnicyclePair => [position, position, 1.0, 0.3],
-        DynamicsKind::DoubleIntegratorPair => [position, position, 0.3, 0.3],
-        DynamicsKind::UnicycleStaticPair => [position, position, 0.0, 0.0],
+    let least = match model.metadata().dynamics {
+        DynamicsKind::UnicyclePair | DynamicsKind::DoubleIntegratorPair => [LEAST_GAIN; AXES],
+        DynamicsKind::UnicycleStaticPair => [LEAST_GAIN, LEAST_GAIN, 0.0, 0.0],
     };
     let by_network = condition.network().input_gains();
     core::array::from_fn(|i| least[i].max(by_network[i]))
 }
+
+#[cfg(test)]
+#[path = "certify_tests.rs"]
+mod certify_tests;

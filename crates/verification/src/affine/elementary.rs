@@ -59,10 +59,8 @@ pub(crate) fn sin_cos<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     let sin = simd.mul_add_f64s(simd.mul_f64s(sin, r2), r, r);
     let cos = simd.mul_add_f64s(cos, r2, one);
     // k − 2 round(k / 2) is −1, 0 or 1, so its square tells odd from even.
-    let half = simd.sub_f64s(
-        simd.mul_add_f64s(k, simd.splat_f64s(0.5), simd.splat_f64s(ROUND)),
-        simd.splat_f64s(ROUND),
-    );
+    let half = simd
+        .sub_f64s(simd.mul_add_f64s(k, simd.splat_f64s(0.5), simd.splat_f64s(ROUND)), simd.splat_f64s(ROUND));
     let parity = simd.mul_add_f64s(half, simd.splat_f64s(-2.0), k);
     let sign = simd.mul_add_f64s(simd.mul_f64s(parity, parity), simd.splat_f64s(-2.0), one);
     (simd.mul_f64s(sin, sign), simd.mul_f64s(cos, sign))

@@ -49,19 +49,22 @@ impl Enclosure {
         condition_count: 1,
     };
 
-    /// Returns a number that `C` is nowhere below on the part of the box where `h̄ ≥ 0`; no number where unknown.
-    pub(crate) fn condition_lower(&self) -> f64 {
-        let mut lower = f64::INFINITY;
-        for condition in &self.conditions[..self.condition_count] {
-            let bound = condition.lower_bound_where(&self.barrier);
-            if !(bound >= lower) {
-                lower = bound; // also takes what is no number, so that it proves nothing
-            }
-            if bound.is_nan() {
-                return bound;
+    /// Returns a number that `C` is nowhere below on the part of the box where `h̄ ≥ 0`, and the Taylor model whose bound
+    /// that is; no number where nothing is known.
+    pub(crate) fn condition_lower(&self) -> (f64, Quadratic) {
+        let bounds = self.conditions[..self.condition_count].iter();
+        let mut bounds = bounds.map(|condition| condition.lower_bound_where(&self.barrier));
+        let mut lowest = (f64::NAN, NOTHING);
+        if let Some(first) = bounds.next() {
+            lowest = first;
+        }
+        for bound in bounds {
+            // What is no number proves nothing, so it is the lowest of all.
+            if bound.0.is_nan() || bound.0 < lowest.0 {
+                lowest = bound;
             }
         }
-        lower
+        lowest
     }
 
     /// Returns `C` at the centre, exact up to rounding.
@@ -175,12 +178,7 @@ impl BoxCondition {
 
     /// Decides the inputs of every lane from the gradient of `h̄` at its centre.
     #[inline(always)]
-    fn inputs<S: Simd>(
-        &self,
-        simd: S,
-        centre: &[S::f64s; AXES],
-        gradient: &[S::f64s; AXES],
-    ) -> [S::f64s; 2] {
+    fn inputs<S: Simd>(&self, simd: S, centre: &[S::f64s; AXES], gradient: &[S::f64s; AXES]) -> [S::f64s; 2] {
         let (centre, gradient) = (lanes(simd, centre), lanes(simd, gradient));
         let mut inputs = [[0.0; MOST_LANES]; 2];
         for lane in 0..S::F64_LANES {

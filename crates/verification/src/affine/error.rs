@@ -45,7 +45,9 @@ pub enum AffineError {
         value: f64,
     },
     /// Sums in the network may become so large that their sine is known to no digit.
-    #[error("sums before a sine may reach {sum}, bounds hold up to {limit}; this network was not trained, it diverged")]
+    #[error(
+        "sums before a sine may reach {sum}, bounds hold up to {limit}; this network was not trained, it diverged"
+    )]
     Weights {
         /// Largest possible sum.
         sum: f64,

@@ -52,8 +52,6 @@ pub(crate) struct Derivatives<S: Simd> {
 pub(crate) struct Reach<S: Simd> {
     /// `Σ |linear|`.
     pub(crate) linear: S::f64s,
-    /// `Σ |quadratic|`.
-    pub(crate) quadratic: S::f64s,
     /// `Σ |quadratic| + radius`: how far the form is from being affine.
     pub(crate) bend: S::f64s,
     /// Largest distance from the centre.
@@ -89,7 +87,7 @@ impl<S: Simd> Form<S> {
             quadratic = simd.add_f64s(quadratic, simd.abs_f64s(*coefficient));
         }
         let bend = simd.add_f64s(quadratic, self.radius);
-        Reach { linear, quadratic, bend, total: simd.add_f64s(linear, bend) }
+        Reach { linear, bend, total: simd.add_f64s(linear, bend) }
     }
 
     /// Widens by the rounding of a short sum that made this form and of the linear map to come.
@@ -135,9 +133,8 @@ impl<S: Simd> Form<S> {
     pub(crate) fn times(&self, simd: S, other: &Self) -> Self {
         let (a, b) = (self.reach(simd), other.reach(simd));
         let (p, q) = (self.centre, other.centre);
-        let linear = core::array::from_fn(|i| {
-            simd.mul_add_f64s(p, other.linear[i], simd.mul_f64s(q, self.linear[i]))
-        });
+        let linear =
+            core::array::from_fn(|i| simd.mul_add_f64s(p, other.linear[i], simd.mul_f64s(q, self.linear[i])));
         let quadratic = core::array::from_fn(|k| {
             let (i, j) = PAIRS[k];
             let sum = simd.mul_add_f64s(p, other.quadratic[k], simd.mul_f64s(q, self.quadratic[k]));
@@ -192,3 +189,7 @@ impl<S: Simd> Form<S> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "form_tests.rs"]
+mod form_tests;

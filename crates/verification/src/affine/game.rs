@@ -106,10 +106,9 @@ impl Game {
                 let [x, y] = turned(unrotated, inputs[1]);
                 Flow { rate: [x, y, zero, zero], unrotated }
             }
-            Self::DoubleIntegrator { .. } => Flow {
-                rate: [z[2], z[3], constant(inputs[0]), constant(inputs[1])],
-                unrotated: [z[2], z[3]],
-            },
+            Self::DoubleIntegrator { .. } => {
+                Flow { rate: [z[2], z[3], constant(inputs[0]), constant(inputs[1])], unrotated: [z[2], z[3]] }
+            }
         }
     }
 }

@@ -75,12 +75,7 @@ impl BoxNetwork {
 
     /// Returns the residual `r` for boxes `z` and keeps what the derivatives need.
     #[inline(always)]
-    pub(crate) fn residual<S: Simd>(
-        &self,
-        simd: S,
-        z: &[Form<S>; AXES],
-        work: &mut Workspace<S>,
-    ) -> Form<S> {
+    pub(crate) fn residual<S: Simd>(&self, simd: S, z: &[Form<S>; AXES], work: &mut Workspace<S>) -> Form<S> {
         match self.encoding {
             InputEncoding::Raw => {
                 for (input, form) in z.iter().enumerate() {

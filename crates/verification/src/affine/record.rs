@@ -103,7 +103,8 @@ fn does_not_cover(model: &Model) -> Vec<String> {
     let mut limits = vec![
         "more than one obstacle at a time: the composite can be infeasible where each pair is not".to_owned(),
         "states outside the region, and motion that leaves it".to_owned(),
-        "the time between two control cycles, delays, and errors of estimate and of the robot's model".to_owned(),
+        "the time between two control cycles, delays, and errors of estimate and of the robot's model"
+            .to_owned(),
         "obstacles that exceed the bounds the model was solved for".to_owned(),
         "the single-precision kernel itself: `onboard` holds its measured, not proven, deviation".to_owned(),
     ];
@@ -128,10 +129,17 @@ impl std::fmt::Display for AffineRecord {
         write!(f, " (alpha = {} 1/s, {} boxes", self.alpha_per_s, self.boxes)?;
         writeln!(f, ", undecided share {:.2e})", self.undecided_share)?;
         if let (Some(proven), Some(inflation)) = (self.proven_epsilon_mps, self.radius_inflation_m) {
-            writeln!(f, "  proven on all of it: C >= -{proven:.4} m/s; covered by {inflation:.4} m more radius")?;
+            writeln!(
+                f,
+                "  proven on all of it: C >= -{proven:.4} m/s; covered by {inflation:.4} m more radius"
+            )?;
         }
         if let Some(worst) = self.worst {
-            writeln!(f, "  worst state met: C = {:.4} m/s, h = {:.4} m at {:?}", worst.condition_mps, worst.barrier_m, worst.z)?;
+            writeln!(
+                f,
+                "  worst state met: C = {:.4} m/s, h = {:.4} m at {:?}",
+                worst.condition_mps, worst.barrier_m, worst.z
+            )?;
         }
         Ok(())
     }

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::cell::{Cell, MOST_HALVINGS};
 use super::enclosure::{BoxCondition, Enclosure};
 use super::form::AXES;
+use super::quadratic::Quadratic;
 use super::question::AffineSettings;
 
 /// Cells examined between two looks at what was found.
@@ -58,7 +59,7 @@ pub(crate) struct Search<'a> {
     /// Cells of a depth-first stretch, last in first out.
     pub(crate) stack: Vec<Cell>,
     pub(crate) tally: Tally,
-    /// Sensitivity per axis, 1 per unit: cells are cut where half-width times this is largest.
+    /// How strongly each axis drives the network, 1 per unit.
     gains: [f64; AXES],
 }
 
@@ -81,11 +82,7 @@ pub struct AffineProgress {
 
 impl<'a> Search<'a> {
     /// Starts with the whole region waiting.
-    pub(crate) fn new(
-        condition: &'a BoxCondition,
-        settings: &'a AffineSettings,
-        gains: [f64; AXES],
-    ) -> Self {
+    pub(crate) fn new(condition: &'a BoxCondition, settings: &'a AffineSettings, gains: [f64; AXES]) -> Self {
         let tally =
             Tally { boxes: 0, outside: 0, proven: 0, aside: 0, aside_lower: f64::INFINITY, worst: None };
         let waiting = BinaryHeap::from([Cell::WHOLE]);
@@ -148,15 +145,14 @@ impl<'a> Search<'a> {
         let centred = cell.centred(&self.settings.region);
         self.note(&centred.centre, enclosure);
         // No number proves nothing; what the larger cell proved holds for its parts.
-        let own = enclosure.condition_lower();
+        let (own, by) = enclosure.condition_lower();
         let lower = if own > cell.lower { own } else { cell.lower };
         if lower >= -self.settings.epsilon_mps {
             self.tally.proven += cell.share();
             return;
         }
-        let score = |axis: &usize| self.gains[*axis] * centred.half_width[*axis];
-        let widest = (0..AXES).max_by(|a, b| score(a).total_cmp(&score(b))).unwrap_or(0);
-        let halves = if lower >= -self.target_mps() { None } else { cell.halves(widest, lower) };
+        let axis = self.axis_to_cut(&by, &centred.half_width);
+        let halves = if lower >= -self.target_mps() { None } else { cell.halves(axis, lower) };
         match halves {
             None => {
                 self.tally.aside += cell.share();
@@ -165,6 +161,22 @@ impl<'a> Search<'a> {
             Some(halves) if depth_first => self.stack.extend(halves),
             Some(halves) => self.waiting.extend(halves),
         }
+    }
+
+    /// Returns the axis whose halving is likely to raise the bound of `by` most.
+    ///
+    /// Halving axis `i` halves its linear coefficient. The radius is mostly a cube of `Σ gainᵢ wᵢ`, so it shrinks in
+    /// proportion to three times the axis's part in that sum.
+    fn axis_to_cut(&self, by: &Quadratic, half_width: &[f64; AXES]) -> usize {
+        let reach: [f64; AXES] = core::array::from_fn(|i| self.gains[i] * half_width[i]);
+        let total: f64 = reach.iter().sum();
+        // Where the radius is beyond all measure the linear part says nothing.
+        let radius = if by.radius.is_finite() { by.radius } else { 1e9 };
+        let gain = |i: &usize| 0.5 * by.linear[*i].abs() + 1.5 * radius * reach[*i] / total;
+        let finite = |gain: f64| if gain.is_finite() { gain } else { 0.0 };
+        let by_gain = |a: &usize, b: &usize| finite(gain(a)).total_cmp(&finite(gain(b)));
+        let by_reach = |a: &usize, b: &usize| reach[*a].total_cmp(&reach[*b]);
+        (0..AXES).max_by(|a, b| by_gain(a, b).then_with(|| by_reach(a, b))).unwrap_or(0)
     }
 
     /// Remembers the centre if it is the worst state so far.
@@ -183,9 +195,7 @@ impl<'a> Search<'a> {
     fn target_mps(&self) -> f64 {
         let epsilon_mps = self.settings.epsilon_mps;
         match self.tally.worst {
-            Some(worst) if worst.condition_mps < -epsilon_mps => {
-                self.settings.gap_mps - worst.condition_mps
-            }
+            Some(worst) if worst.condition_mps < -epsilon_mps => self.settings.gap_mps - worst.condition_mps,
             Some(_) | None => epsilon_mps,
         }
     }

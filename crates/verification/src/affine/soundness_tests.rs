@@ -34,8 +34,8 @@ fn samples(rng: &mut Pcg64) -> Vec<[f64; 4]> {
     samples
 }
 
-/// Checks `count` random boxes; returns the mean share of the radii that was used, to see that they are no fantasy.
-fn check(model: &Model, seed: u64, count: usize) -> f64 {
+/// Checks `count` random boxes.
+fn check(model: &Model, seed: u64, count: usize) {
     let mut rng = Pcg64::seed_from_u64(seed);
     let condition = BoxCondition::new(model, ALPHA_PER_S);
     let grid = model.metadata().grid;
@@ -45,17 +45,13 @@ fn check(model: &Model, seed: u64, count: usize) -> f64 {
             half_width: core::array::from_fn(|_| 10.0_f64.powf(rng.random_range(-4.0..-0.3))),
         })
         .collect();
-    let (mut used, mut radii) = (0.0, 0);
     for (of, enclosure) in boxes.iter().zip(condition.enclose(&boxes)) {
-        let lower = enclosure.condition_lower();
+        let (lower, _) = enclosure.condition_lower();
         for e in samples(&mut rng) {
             let z: [f64; 4] = core::array::from_fn(|i| of.centre[i] + e[i] * of.half_width[i]);
             let judge = Judge::new(model, &z);
             let off = (judge.barrier_m - at(&enclosure.barrier, &e)).abs();
             assert!(!(off > enclosure.barrier.radius + JUDGE), "h̄ off by {off} in {of:?}, {enclosure:?}");
-            if enclosure.barrier.radius.is_finite() {
-                (used, radii) = (used + off / (enclosure.barrier.radius + JUDGE), radii + 1);
-            }
             let value = judge.condition(model, &z, ALPHA_PER_S);
             let ends = &enclosure.conditions[..enclosure.condition_count];
             let least = ends.iter().map(|c| at(c, &e) - c.radius).fold(f64::INFINITY, f64::min);
@@ -71,7 +67,6 @@ fn check(model: &Model, seed: u64, count: usize) -> f64 {
             }
         }
     }
-    used / radii as f64
 }
 
 /// Pairs, encodings that suit them, and how much wider than the paper's the obstacle's box is: at 3 the obstacle of the
@@ -89,8 +84,7 @@ fn random_networks_stay_in_their_enclosures() {
     for (dynamics, encoding, scale) in GAMES {
         for (seed, gain) in [(1, 0.5), (2, 1.5), (3, 3.0)] {
             let model = random_model(metadata(dynamics, encoding, scale), seed, gain);
-            let used = check(&model, 100 + seed, 400);
-            assert!(used > 1e-3, "{dynamics} {encoding} {gain}: only {used} of the radius is used");
+            check(&model, 100 + seed, 400);
         }
     }
 }
@@ -99,7 +93,8 @@ fn random_networks_stay_in_their_enclosures() {
 fn trained_networks_stay_in_their_enclosures() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
     let files = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
-    let mut files: Vec<PathBuf> = files.filter(|p| p.extension().is_some_and(|e| e == "safetensors")).collect();
+    let mut files: Vec<PathBuf> =
+        files.filter(|p| p.extension().is_some_and(|e| e == "safetensors")).collect();
     files.sort();
     assert!(!files.is_empty());
     for file in files {
@@ -142,27 +137,19 @@ fn a_box_around_the_centre_of_the_disc_proves_nothing_but_failure() {
     let around = CentredBox { centre: [0.0, 0.0, 0.5, 1.0], half_width: [0.2; 4] };
     let enclosure = BoxCondition::new(&model, ALPHA_PER_S).enclose(&[around])[0];
     assert!(enclosure.failure_upper_m < 0.0);
-    assert!(!(enclosure.condition_lower() > -1e6));
+    assert!(!(enclosure.condition_lower().0 > -1e6));
 }
 
 #[test]
-#[ignore]
-fn speed() {
-    let model = published().unwrap();
-    let condition = BoxCondition::new(&model, ALPHA_PER_S);
-    let mut rng = Pcg64::seed_from_u64(11);
-    for w in [0.1, 0.05, 0.025] {
-    let boxes: Vec<CentredBox> = (0..20000)
-        .map(|_| CentredBox {
-            centre: core::array::from_fn(|_| rng.random_range(-1.0..1.4)),
-            half_width: [w; 4],
-        })
-        .collect();
-    let t = std::time::Instant::now();
-    let e = condition.enclose(&boxes);
-    let s = t.elapsed().as_secs_f64();
-    let mut r: Vec<f64> = e.iter().map(|e| e.conditions[0].radius).collect();
-    r.sort_by(f64::total_cmp);
-    println!("{w}: {} boxes/s; radius median {} p90 {}", 20000.0 / s, r[10000], r[18000]);
+fn halving_a_box_shrinks_its_radii_by_eight() {
+    for (dynamics, encoding, scale) in GAMES {
+        let model = random_model(metadata(dynamics, encoding, scale), 4, 1.5);
+        let condition = BoxCondition::new(&model, ALPHA_PER_S);
+        let with = |half_width| CentredBox { centre: [1.5, -0.8, 0.4, 0.7], half_width: [half_width; 4] };
+        let radius = |e: &super::Enclosure| [e.barrier.radius, e.conditions[0].radius];
+        let [large, small] = [with(2e-3), with(1e-3)].map(|of| radius(&condition.enclose(&[of])[0]));
+        for (large, small) in large.into_iter().zip(small) {
+            assert!((7.0..9.5).contains(&(large / small)), "{dynamics} {encoding}: {large:e} {small:e}");
+        }
     }
 }

@@ -112,7 +112,10 @@ impl Judge {
                 .map(|r| core::array::from_fn(|k| row(r).zip(&by_z).map(|(w, d)| w * d[k]).sum()))
                 .collect();
             let last = index + 1 == layers.len();
-            value = sums.iter().map(|y| if last { y.max(0.0) + (-y.abs()).exp().ln_1p() } else { y.sin() }).collect();
+            value = sums
+                .iter()
+                .map(|y| if last { y.max(0.0) + (-y.abs()).exp().ln_1p() } else { y.sin() })
+                .collect();
             by_z = sums
                 .iter()
                 .zip(slopes)
