@@ -66,14 +66,14 @@ fn the_row_is_the_one_on_board() {
                 Game::Unicycle(pair) => {
                     let x = [0.3, -0.2, heading];
                     let rate = [o[3] * o[2].cos(), o[3] * o[2].sin(), d[0], 0.0];
-                    let obstacle = BarrierObstacle { state: o, rate, radius_m: 0.7 };
+                    let obstacle = BarrierObstacle { state: o, rate, radius_m: 0.7, model: 0 };
                     let sample = composite.evaluate(&pair, &x, &[obstacle]).unwrap();
                     (pair.relative_state(&x, &o), sample.row(4.0).unwrap())
                 }
                 Game::DoubleIntegrator(pair) => {
                     let x = [0.3, -0.2, 0.5, -0.5];
                     let obstacle =
-                        BarrierObstacle { state: o, rate: [o[2], o[3], d[0], d[1]], radius_m: 0.7 };
+                        BarrierObstacle { state: o, rate: [o[2], o[3], d[0], d[1]], radius_m: 0.7, model: 0 };
                     let sample = composite.evaluate(&pair, &x, &[obstacle]).unwrap();
                     (pair.relative_state(&x, &o), sample.row(4.0).unwrap())
                 }
