@@ -2,7 +2,10 @@
 
 #![allow(clippy::unwrap_used)] // helpers of tests, which clippy does not recognise as such
 
-use reachability::{Outcome, SettingsSolveError, TimeIntegrator, TubeForm, UpwindScheme, solve_settings};
+use reachability::{
+    Grid, Outcome, Progress, SettingsSolveError, SolveError, TimeIntegrator, TubeForm, UpwindScheme,
+    memory_needed_at_most_bytes, memory_of_settings_bytes, solve_settings, solve_settings_resumable,
+};
 use settings::{Accuracy, ObstacleMotion, RobotKind, Settings, SlackSettings};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -103,4 +106,40 @@ fn accuracies_are_hj_reachabilitys() {
         let settings = reachability::SolverSettings::from(&solver);
         assert_eq!((settings.upwind, settings.integrator), (upwind, integrator));
     }
+}
+
+#[test]
+fn a_solve_of_settings_resumes_and_refuses_other_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ground_robot.checkpoint");
+    let mut settings = small();
+    let whole = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap();
+    let stop_at_three = &mut |progress: &Progress| {
+        if progress.steps == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let stopped = solve_settings_resumable(&settings, Some(&path), stop_at_three).unwrap();
+    assert_eq!((stopped.metadata().outcome, stopped.metadata().steps), (Outcome::Interrupted, 3));
+    let resumed =
+        solve_settings_resumable(&settings, Some(&path), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(resumed, whole);
+    settings.obstacle.radius_m += 0.1;
+    let error =
+        solve_settings_resumable(&settings, Some(&path), &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(matches!(error, SettingsSolveError::Solve(SolveError::Checkpoint(_))), "{error}");
+}
+
+#[test]
+fn the_memory_of_settings_is_that_of_their_grid() {
+    let mut settings = small();
+    let bytes = memory_of_settings_bytes(&settings).unwrap();
+    assert_eq!(
+        bytes,
+        memory_needed_at_most_bytes(
+            &Grid::<4>::try_from(&settings.offline.as_ref().unwrap().grid).unwrap(),
+            3
+        )
+    );
+    settings.offline.as_mut().unwrap().grid.count = [2_000; 4];
+    let error = solve_settings(&settings, &mut |_| ControlFlow::Continue(())).unwrap_err();
+    assert!(matches!(error, SettingsSolveError::Solve(SolveError::Memory { .. })), "{error}");
 }
