@@ -1,4 +1,4 @@
-//! A third pair, made outside this workspace: a differential drive among things that stand still.
+//! A pair made outside this workspace: a differential drive among things that stand still.
 //!
 //! The robot is commanded by the speeds of its two wheels, so it can stop, reverse and turn on the spot. The relative state
 //! has two components, and the value function is solved in seconds:
