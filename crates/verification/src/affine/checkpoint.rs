@@ -69,10 +69,10 @@ pub(crate) fn resume(path: &Path, identity: &Identity, search: &mut Search<'_>) 
     let tensors = SafeTensors::deserialize(&bytes).map_err(|error| damaged(error.to_string()))?;
     let tensor = |name: &str, dtype| {
         let tensor = tensors.tensor(name).map_err(|error| damaged(error.to_string()))?;
-        match tensor.dtype() == dtype {
-            true => Ok(tensor.data()),
-            false => Err(damaged(format!("`{name}` has another type"))),
+        if tensor.dtype() != dtype {
+            return Err(damaged(format!("`{name}` has another type")));
         }
+        Ok(tensor.data())
     };
     let (halvings, _) = tensor("halvings", Dtype::U8)?.as_chunks::<4>();
     let (index, _) = tensor("index", Dtype::U32)?.as_chunks::<16>();

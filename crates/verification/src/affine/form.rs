@@ -22,21 +22,13 @@ pub(crate) const PAIRS: [(usize, usize); PRODUCTS] =
 ///
 /// The radius covers the rounding of everything computed so far and of one linear map to come, whose rounding is
 /// relative to the sum of the coefficients' absolute values.
+#[derive(Clone, Copy)]
 pub(crate) struct Form<S: Simd> {
     pub(crate) centre: S::f64s,
     pub(crate) linear: [S::f64s; AXES],
     pub(crate) quadratic: [S::f64s; PRODUCTS],
     pub(crate) radius: S::f64s,
 }
-
-impl<S: Simd> Clone for Form<S> {
-    #[inline(always)]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: Simd> Copy for Form<S> {}
 
 /// Derivatives of a function at a form's centre, and what they are uncertain by.
 pub(crate) struct Derivatives<S: Simd> {

@@ -37,10 +37,12 @@ fn values(rng: &mut Pcg64, form: &Form<Scalar>) -> Vec<([f64; AXES], f64)> {
     (0..64)
         .map(|sample| {
             let side = |k: u32| if sample >> k & 1 == 1 { 1.0 } else { -1.0 };
-            let e = match sample < 32 {
-                true => core::array::from_fn(|i| side(i as u32)),
-                false => core::array::from_fn(|_| rng.random_range(-1.0..=1.0)),
-            };
+            let e =
+                core::array::from_fn(
+                    |i| {
+                        if sample < 32 { side(i as u32) } else { rng.random_range(-1.0..=1.0) }
+                    },
+                );
             (e, at(form, &e) + form.radius * side(4))
         })
         .collect()

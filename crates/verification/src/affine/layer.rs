@@ -81,9 +81,8 @@ impl Layer {
     pub(crate) fn new(weights: &LayerWeights) -> Self {
         let outputs = weights.bias.len();
         let inputs = weights.weight.len() / outputs;
-        let at = |row: usize, input: usize| match row < outputs {
-            true => f64::from(weights.weight[row * inputs + input]),
-            false => 0.0,
+        let at = |row: usize, input: usize| {
+            if row < outputs { f64::from(weights.weight[row * inputs + input]) } else { 0.0 }
         };
         let mut weight = Vec::new();
         for block in 0..outputs.div_ceil(ROWS) {

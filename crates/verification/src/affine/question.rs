@@ -90,7 +90,7 @@ pub fn subject_sha256(model: &Model) -> String {
     for end in ends.chain([&metadata.failure_radius_m]) {
         hasher.update(end.to_le_bytes());
     }
-    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    hasher.finalize().iter().fold(String::new(), |hex, byte| hex + &format!("{byte:02x}"))
 }
 
 /// Checks the settings against the model.

@@ -183,7 +183,8 @@ impl<'a> Search<'a> {
     fn note(&mut self, z: &[f64; AXES], enclosure: &Enclosure) {
         let (barrier_m, condition_mps) = (enclosure.barrier.centre, enclosure.condition_at_centre());
         let failed = z[0].hypot(z[1]) <= self.condition.failure_radius_m();
-        if failed || !(barrier_m >= SURELY_INSIDE_M) || !condition_mps.is_finite() {
+        let inside = !failed && barrier_m >= SURELY_INSIDE_M;
+        if !inside || !condition_mps.is_finite() {
             return;
         }
         if self.tally.worst.is_none_or(|worst| condition_mps < worst.condition_mps) {
