@@ -30,13 +30,13 @@ impl Pool {
                     let failure = failure_function(&sample.state, radius_m);
                     let value = failure - sample.residual_m;
                     let nearness = (1.0 - value.abs() / settings.samples.near_band_m).max(0.0);
-                    let inside = value < 0.0;
+                    let rise = (value / settings.samples.near_band_m).clamp(0.0, 1.0);
+                    let under = settings.underestimate_weight;
                     put_inputs(panel, i, &encode(settings.encoding, &sample.state.map(|c| c as f32)));
                     *at_mut(panel, TARGET_ROW, i) = (sample.residual_m + settings.margin_m) as f32;
                     *at_mut(panel, OVERESTIMATE_ROW, i) =
                         (1.0 + settings.overestimate_weight * nearness) as f32;
-                    *at_mut(panel, UNDERESTIMATE_ROW, i) =
-                        if inside { settings.unsafe_underestimate_weight as f32 } else { 1.0 };
+                    *at_mut(panel, UNDERESTIMATE_ROW, i) = (under + (1.0 - under) * rise) as f32;
                 }
             }
         });

@@ -79,10 +79,10 @@ pub struct TrainingSettings {
     /// `samples.near_band_m`.
     #[serde(default = "overestimate_weight")]
     pub overestimate_weight: f64,
-    /// Weight of a sample with `V < 0` where the fit under-estimates `V`, in [0, 1]: below 1 the network may sink deeper
-    /// inside the unsafe set than `V` does.
+    /// Weight of a sample at `V ≤ 0` where the fit under-estimates `V`, in [0, 1]; rises linearly to 1 at
+    /// `samples.near_band_m`. Below 1 the network may sink under V where the barrier condition asks for it.
     #[serde(default = "one")]
-    pub unsafe_underestimate_weight: f64,
+    pub underestimate_weight: f64,
     /// Scale of the first layer's initial weights, rad per unit of the input.
     #[serde(default = "first_layer_gain")]
     pub first_layer_gain: f64,
@@ -135,7 +135,7 @@ impl TrainingSettings {
         non_negative("offline.training.margin_m", self.margin_m)?;
         positive("offline.training.huber_m", self.huber_m)?;
         non_negative("offline.training.overestimate_weight", self.overestimate_weight)?;
-        share("offline.training.unsafe_underestimate_weight", self.unsafe_underestimate_weight)?;
+        share("offline.training.underestimate_weight", self.underestimate_weight)?;
         positive("offline.training.first_layer_gain", self.first_layer_gain)?;
         share("offline.training.warm_up_share", self.warm_up_share)?;
         self.samples.validate()?;
