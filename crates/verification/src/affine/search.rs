@@ -18,7 +18,7 @@ use super::question::AffineSettings;
 const WAVE: usize = 8_192;
 /// Cells of one task.
 const TASK: usize = 128;
-/// Waiting cells beyond which the search goes depth first, 40 bytes each.
+/// Waiting cells beyond which the search goes depth first, 32 bytes each.
 const MOST_WAITING: usize = 4_000_000;
 /// `h̄` from which on a state counts as inside the set in spite of rounding, m.
 const SURELY_INSIDE_M: f64 = 1e-9;
@@ -59,6 +59,8 @@ pub(crate) struct Search<'a> {
     /// Cells of a depth-first stretch, last in first out.
     pub(crate) stack: Vec<Cell>,
     pub(crate) tally: Tally,
+    /// Waiting cells beyond which the search goes depth first.
+    most_waiting: usize,
     /// How strongly each axis drives the network, 1 per unit.
     gains: [f64; AXES],
 }
@@ -86,7 +88,7 @@ impl<'a> Search<'a> {
         let tally =
             Tally { boxes: 0, outside: 0, proven: 0, aside: 0, aside_lower: f64::INFINITY, worst: None };
         let waiting = BinaryHeap::from([Cell::WHOLE]);
-        Self { condition, settings, waiting, stack: Vec::new(), tally, gains }
+        Self { condition, settings, waiting, stack: Vec::new(), tally, most_waiting: MOST_WAITING, gains }
     }
 
     /// Works until nothing is left, the budget is spent or `on_wave` breaks; `on_wave` sees every wave.
@@ -109,16 +111,12 @@ impl<'a> Search<'a> {
 
     /// Examines the next `count` cells at most.
     fn wave(&mut self, count: usize) {
-        let depth_first = !self.stack.is_empty() || self.waiting.len() >= MOST_WAITING;
+        let on_stack = !self.stack.is_empty();
+        let depth_first = on_stack || self.waiting.len() >= self.most_waiting;
         let mut cells = Vec::with_capacity(count);
         while cells.len() < count {
-            let next = if depth_first { self.stack.pop() } else { None };
             // A stretch of depth first starts with the worst cells and then feeds on its own.
-            let next = match next {
-                Some(cell) => Some(cell),
-                None if depth_first && !cells.is_empty() => None,
-                None => self.waiting.pop(),
-            };
+            let next = if on_stack { self.stack.pop() } else { self.waiting.pop() };
             let Some(cell) = next else { break };
             cells.push(cell);
         }
@@ -226,4 +224,39 @@ impl<'a> Search<'a> {
 /// Turns units of `2⁻⁶²` into a share of the region.
 pub(crate) fn share(units: u64) -> f64 {
     units as f64 / (1_u64 << MOST_HALVINGS) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use barrier::{DynamicsKind, InputEncoding};
+
+    use super::*;
+    use crate::affine::cell::StateBox;
+    use crate::affine::test_models::{metadata, random_model};
+
+    #[test]
+    fn depth_first_settles_the_same_cells_with_fewer_waiting() {
+        let metadata = metadata(DynamicsKind::DoubleIntegratorPair, InputEncoding::Raw, 1.0);
+        let model = random_model(metadata, 3, 1.0);
+        let region = StateBox { min: [0.8, -0.4, -0.5, -0.5], max: [1.6, 0.4, 0.5, 0.5] };
+        // High enough to be true, so that no counterexample changes what is worth proving.
+        let settings = AffineSettings::new(region, 4.0, 1.0);
+        let condition = BoxCondition::new(&model, settings.alpha_per_s);
+        let run = |most_waiting| {
+            let mut search = Search::new(&condition, &settings, [1.0; AXES]);
+            search.most_waiting = most_waiting;
+            let mut most_open = 0;
+            let mut on_wave = |search: &Search<'_>| {
+                most_open = most_open.max(search.waiting.len());
+                Ok::<_, ()>(ControlFlow::Continue(()))
+            };
+            search.run(&mut on_wave).unwrap();
+            (search.tally, most_open)
+        };
+        let ((best_first, wide), (depth_first, narrow)) = (run(usize::MAX), run(4));
+        assert!(best_first.worst.is_none_or(|worst| worst.condition_mps > -1.0));
+        assert!(best_first.boxes > 100 && best_first.boxes == depth_first.boxes, "{}", best_first.boxes);
+        assert_eq!((best_first.outside, best_first.proven), (depth_first.outside, depth_first.proven));
+        assert!(narrow < wide, "{narrow} {wide}");
+    }
 }
