@@ -34,7 +34,8 @@ pub struct AffineRecord {
     pub outcome: Outcome,
     /// Smallest `ε` shown to hold on the whole region, m/s; `None` where the budget did not suffice for any.
     pub proven_epsilon_mps: Option<f64>,
-    /// `ε/α` of the latter, m: added to the failure radius it covers what `ε` leaves open.
+    /// `ε/α` of the latter, m: how far h may fall below zero. More radius by as much covers it only if `C ≥ −ε` holds on
+    /// `−ε/α ≤ h < 0` too, which this record does not say.
     pub radius_inflation_m: Option<f64>,
     /// Lowest `C` met at the centre of a box: a counterexample where it is below `−ε`.
     pub worst: Option<Witness>,
@@ -131,7 +132,7 @@ impl std::fmt::Display for AffineRecord {
         if let (Some(proven), Some(inflation)) = (self.proven_epsilon_mps, self.radius_inflation_m) {
             writeln!(
                 f,
-                "  proven on all of it: C >= -{proven:.4} m/s; covered by {inflation:.4} m more radius"
+                "  proven on all of it: C >= -{proven:.4} m/s; if it holds down to h = -{inflation:.4} m too, h falls no lower"
             )?;
         }
         if let Some(worst) = self.worst {
