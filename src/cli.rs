@@ -233,6 +233,12 @@ pub(crate) struct VerifyArgs {
     /// Rollouts of the scenario certificate; 0 leaves it out
     #[arg(long, value_name = "N", default_value_t = verification::STANDARD_ROLLOUTS)]
     pub(crate) rollouts: usize,
+    /// What the robot would do alone in the rollouts
+    #[arg(long, value_enum, value_name = "POLICY", default_value_t = NominalName::TowardObstacle)]
+    pub(crate) nominal: NominalName,
+    /// What the obstacle does in the rollouts
+    #[arg(long, value_enum, value_name = "POLICY", default_value_t = DisturbanceName::LowersBarrier)]
+    pub(crate) disturbance: DisturbanceName,
     /// Length of a rollout, s
     #[arg(long, value_name = "S", default_value_t = 5.0)]
     pub(crate) horizon: f64,
@@ -416,6 +422,28 @@ pub(crate) enum Controller {
     Lqr,
     /// Keeps still
     Hold,
+}
+
+/// Nominal policies of `verify`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NominalName {
+    /// Drives at the obstacle as fast as it can
+    TowardObstacle,
+    /// Does what lowers the barrier most
+    LowersBarrier,
+    /// Another random control now and then
+    Random,
+}
+
+/// Disturbance policies of `verify`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DisturbanceName {
+    /// Does what lowers the barrier most
+    LowersBarrier,
+    /// Another random input now and then
+    Random,
+    /// Goes straight on
+    Zero,
 }
 
 /// Evaluation kernels by name.

@@ -9,11 +9,11 @@ use node_runtime::Shutdown;
 use reachability::ValueFunction;
 use verification::affine::{AffineRecord, Outcome};
 use verification::{
-    ClosedForm, OnProgress, Phase, Progress, Subject, TrueValue, Verification, VerificationPlan, solve_truth,
-    verify as verify_parts,
+    ClosedForm, DisturbancePolicy, NominalPolicy, OnProgress, Phase, Progress, Subject, TrueValue,
+    Verification, VerificationPlan, solve_truth, verify as verify_parts,
 };
 
-use crate::cli::VerifyArgs;
+use crate::cli::{DisturbanceName, NominalName, VerifyArgs};
 use crate::progress::Bar;
 
 /// Verifies and writes what was found into the model's metadata. Success means: nothing speaks against the model.
@@ -26,6 +26,16 @@ pub(crate) fn verify(args: &VerifyArgs) -> anyhow::Result<bool> {
     plan.scenario = plan.scenario.filter(|_| args.rollouts > 0);
     if let Some(scenario) = &mut plan.scenario {
         (scenario.rollouts, scenario.horizon_s) = (args.rollouts, args.horizon);
+        scenario.nominal = match args.nominal {
+            NominalName::TowardObstacle => NominalPolicy::TowardObstacle,
+            NominalName::LowersBarrier => NominalPolicy::LowersBarrier,
+            NominalName::Random => NominalPolicy::Random,
+        };
+        scenario.disturbance = match args.disturbance {
+            DisturbanceName::LowersBarrier => DisturbancePolicy::LowersBarrier,
+            DisturbanceName::Random => DisturbancePolicy::Random,
+            DisturbanceName::Zero => DisturbancePolicy::Zero,
+        };
     }
     let proof = crate::prove::prove(args, &model)?;
     let (model, verification) = verify_model(&model, Some(&*truth), &plan, proof)?;

@@ -31,12 +31,22 @@ fn assert_refused(arguments: &[&str], expected: &str) {
 #[test]
 fn help_shows_every_subcommand_and_examples() {
     let text = String::from_utf8(cncbf(&["--help"]).stdout).expect("text");
-    for word in
-        ["run", "replay", "why", "solve", "train", "inspect", "doctor", "record", "Examples:", "Exit code"]
-    {
+    for word in [
+        "run",
+        "replay",
+        "why",
+        "solve",
+        "train",
+        "verify",
+        "inspect",
+        "doctor",
+        "record",
+        "Examples:",
+        "Exit code",
+    ] {
         assert!(text.contains(word), "help lacks {word}:\n{text}");
     }
-    for subcommand in ["run", "replay", "why", "solve", "train"] {
+    for subcommand in ["run", "replay", "why", "solve", "train", "verify", "inspect"] {
         let text = String::from_utf8(cncbf(&[subcommand, "--help"]).stdout).expect("text");
         assert!(text.contains("Example"), "{subcommand} --help has no example:\n{text}");
     }
