@@ -43,12 +43,11 @@ pub(crate) fn train(args: &TrainArgs) -> anyhow::Result<bool> {
         return Ok(true);
     }
     let closed_form;
-    let judge: &dyn TrueValue = match truth.as_ref().or(solved.as_ref()) {
-        Some(value) => value,
-        None => {
-            closed_form = ClosedForm::of(model.metadata())?;
-            &closed_form
-        }
+    let judge: &dyn TrueValue = if let Some(value) = truth.as_ref().or(solved.as_ref()) {
+        value
+    } else {
+        closed_form = ClosedForm::of(model.metadata())?;
+        &closed_form
     };
     let filter = &settings.filter;
     let plan = VerificationPlan::standard(

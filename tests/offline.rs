@@ -28,7 +28,7 @@ fn small_settings() -> String {
     let shipped = include_str!("../config/static_obstacles.toml");
     let small = shipped
         .replace("count = [241, 241, 4, 4]", "count = [61, 61, 4, 4]")
-        .replace("epochs = 40", "epochs = 6\nsamples = { count = 65536 }");
+        .replace("epochs = 60", "epochs = 6\nsamples = { count = 65536 }");
     assert_ne!(small, shipped);
     small
 }

@@ -14,6 +14,10 @@ use crate::filter::Pair;
 pub const EMBEDDED_MODELS: &[(&str, &[u8])] = &[
     ("ground_robot", include_bytes!("../../models/ground_robot.safetensors")),
     ("ground_robot_paper", include_bytes!("../../models/ground_robot_paper.safetensors")),
+    ("quadrotor", include_bytes!("../../models/quadrotor.safetensors")),
+    ("quadrotor_paper", include_bytes!("../../models/quadrotor_paper.safetensors")),
+    ("static_obstacles", include_bytes!("../../models/static_obstacles.safetensors")),
+    ("cyclist", include_bytes!("../../models/cyclist.safetensors")),
 ];
 
 /// Why the filter refuses to start.

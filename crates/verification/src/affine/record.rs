@@ -119,6 +119,9 @@ fn does_not_cover(model: &Model) -> Vec<String> {
     limits
 }
 
+/// Bounds of a search that has hardly begun are astronomic; the record keeps them, people are spared.
+const WORTH_TELLING_MPS: f64 = 100.0;
+
 impl std::fmt::Display for AffineRecord {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let epsilon = self.epsilon_mps;
@@ -129,7 +132,9 @@ impl std::fmt::Display for AffineRecord {
         }
         write!(f, " (alpha = {} 1/s, {} boxes", self.alpha_per_s, self.boxes)?;
         writeln!(f, ", undecided share {:.2e})", self.undecided_share)?;
-        if let (Some(proven), Some(inflation)) = (self.proven_epsilon_mps, self.radius_inflation_m) {
+        if let (Some(proven), Some(inflation)) = (self.proven_epsilon_mps, self.radius_inflation_m)
+            && proven < WORTH_TELLING_MPS
+        {
             writeln!(
                 f,
                 "  proven on all of it: C >= -{proven:.4} m/s; if it holds down to h = -{inflation:.4} m too, h falls no lower"
