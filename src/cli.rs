@@ -286,7 +286,7 @@ fn state_box(text: &str) -> Result<StateBox, String> {
 #[command(after_help = "Examples:
   cncbf inspect models/ground_robot.safetensors
   cncbf inspect models/quadrotor.safetensors --plot quadrotor.svg
-  cncbf inspect my_robot.safetensors --plot my.svg --value my_robot.value.safetensors --at 3.14,1.5 --at 0,0.5")]
+  cncbf inspect my_robot.safetensors --plot my.svg --value my_robot.value.true.safetensors --at 3.14,1.5 --at 0,0.5")]
 pub(crate) struct InspectArgs {
     /// Model, value function or recording
     #[arg(value_name = "FILE")]
