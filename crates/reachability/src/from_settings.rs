@@ -89,7 +89,7 @@ pub enum SettingsSolveError {
 ///
 /// The inputs are those of [`Settings::training_game`], so with slack the result belongs to a stricter game than the true
 /// one, and says so in its description. The failure radius is the robot's plus the default obstacle's, without buffer
-/// ([`Settings::failure_radius_m`]); the rest as in [`solve`].
+/// ([`Settings::failure_radius_m`]); the rest as in [`crate::solve`].
 ///
 /// # Errors
 /// See [`SettingsSolveError`].
