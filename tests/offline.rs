@@ -116,7 +116,7 @@ fn settings_that_make_no_game_are_refused_before_any_work() {
     for (name, from, to, expected) in [
         ("fast", "max_speed_mps = 1.5", "max_speed_mps = 3.0", "max_speed_mps"),
         ("bounds", "control_min = [0.25, -0.8]", "control_min = [2.0, -0.8]", "robot.control_min"),
-        ("memory", "count = [80, 80, 60, 10]", "count = [8000, 8000, 600, 100]", "bytes"),
+        ("memory", "count = [100, 100, 60, 10]", "count = [8000, 8000, 600, 100]", "bytes"),
     ] {
         let changed = good.replacen(from, to, 1);
         assert_ne!(changed, good, "{from} is not in the settings");

@@ -162,13 +162,11 @@ fn a_class_model_of_another_robot_is_refused_by_its_name() {
     let folder = Folder::new("class-refusal");
     let mut metadata = cyclist_model().metadata().clone();
     metadata.control.max[0] = 2.0;
-    let other = Model::new(cyclist_model().weights().clone(), metadata.clone()).expect("usable");
+    let other = Model::new(cyclist_model().weights().clone(), metadata).expect("usable");
     let message = refusal(folder.save("fast_robot.safetensors", &other));
     assert!(message.contains("fast_robot") && message.contains("control box"), "{message}");
 
-    metadata.dynamics = barrier::DynamicsKind::DoubleIntegratorPair;
-    metadata.disturbance = barrier::Bounds { min: vec![-1.0; 2], max: vec![1.0; 2] };
-    let flying = Model::new(cyclist_model().weights().clone(), metadata).expect("usable");
+    let flying = load_model("embedded:quadrotor").expect("shipped model");
     let message = refusal(folder.save("flying.safetensors", &flying));
     assert!(message.contains("flying") && message.contains("double_integrator_pair"), "{message}");
 

@@ -36,7 +36,7 @@ fn a_person_far_away_leaves_the_nominal_command_alone() {
 
 #[test]
 fn a_person_ahead_changes_the_command_until_the_condition_holds() {
-    let people = [person(7, [2.6, 0.1], [-0.8, 0.0], START_NS), person(8, [0.0, 4.0], [0.0, 1.0], START_NS)];
+    let people = [person(7, [2.7, 0.3], [-0.8, 0.0], START_NS), person(8, [0.0, 4.0], [0.0, 1.0], START_NS)];
     let command = Scene::fresh(&people, START_NS).step(&mut filter(), START_NS);
     assert_eq!(status(&command).0, SafetyStatus::Filtered);
     assert_ne!(command.control, [0.8, 0.1], "{command:?}");
