@@ -146,7 +146,7 @@ fn true_game(settings: &Settings) -> Result<(DynamicsKind, Box<dyn WorstCase>), 
     let control = InputBox::new(robot.control_min, robot.control_max)?;
     Ok(match (robot.kind, obstacle.motion) {
         (RobotKind::Unicycle, ObstacleMotion::Walking) => {
-            let disturbance = input_box(&obstacle.disturbance_min, &obstacle.disturbance_max)?;
+            let disturbance = InputBox::from_slices(&obstacle.disturbance_min, &obstacle.disturbance_max)?;
             (DynamicsKind::UnicyclePair, game(UnicyclePair { control, disturbance }))
         }
         (RobotKind::Unicycle, ObstacleMotion::Static) => {
@@ -154,17 +154,10 @@ fn true_game(settings: &Settings) -> Result<(DynamicsKind, Box<dyn WorstCase>), 
         }
         // A standing obstacle of a double integrator is refused when the settings are read.
         (RobotKind::DoubleIntegrator, ObstacleMotion::Walking | ObstacleMotion::Static) => {
-            let disturbance = input_box(&obstacle.disturbance_min, &obstacle.disturbance_max)?;
+            let disturbance = InputBox::from_slices(&obstacle.disturbance_min, &obstacle.disturbance_max)?;
             (DynamicsKind::DoubleIntegratorPair, game(DoubleIntegratorPair { control, disturbance }))
         }
     })
-}
-
-fn input_box<const N: usize>(min: &[f64], max: &[f64]) -> Result<InputBox<N>, InputBoxError> {
-    let ends = |ends: &[f64]| {
-        <[f64; N]>::try_from(ends).map_err(|_| InputBoxError::WrongLength { expected: N, given: ends.len() })
-    };
-    InputBox::new(ends(min)?, ends(max)?)
 }
 
 fn closed_form(
@@ -179,7 +172,11 @@ fn closed_form(
     }
     let control = InputBox::new(control_min, control_max)?;
     let radius_m = settings.failure_radius_m();
-    let value = DoubleIntegratorValue::new(&control, &input_box(disturbance[0], disturbance[1])?, radius_m)?;
+    let value = DoubleIntegratorValue::new(
+        &control,
+        &InputBox::from_slices(disturbance[0], disturbance[1])?,
+        radius_m,
+    )?;
     let value_m = Box::new(move |z: &[f64; 4]| value.value_m(z));
     Ok(ClosedForm::new(value_m, radius_m, offline.grid.min, offline.grid.max))
 }

@@ -66,6 +66,18 @@ impl<const N: usize> InputBox<N> {
         Ok(Self { min, max })
     }
 
+    /// Returns the box with ends whose number is known at run time only, as files and settings give them.
+    ///
+    /// # Errors
+    /// * [`InputBoxError::WrongLength`] unless both have `N` components; otherwise as [`InputBox::new`].
+    pub fn from_slices(min: &[f64], max: &[f64]) -> Result<Self, InputBoxError> {
+        let array = |ends: &[f64]| {
+            <[f64; N]>::try_from(ends)
+                .map_err(|_| InputBoxError::WrongLength { expected: N, given: ends.len() })
+        };
+        Self::new(array(min)?, array(max)?)
+    }
+
     /// Returns the nearest input inside the box; a NaN component stays NaN.
     pub fn clamp(&self, input: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|j| input[j].clamp(self.min[j], self.max[j]))
@@ -95,10 +107,6 @@ impl<const N: usize> TryFrom<Bounds> for InputBox<N> {
     type Error = InputBoxError;
 
     fn try_from(bounds: Bounds) -> Result<Self, InputBoxError> {
-        let array = |v: Vec<f64>| {
-            let given = v.len();
-            <[f64; N]>::try_from(v).map_err(|_| InputBoxError::WrongLength { expected: N, given })
-        };
-        Self::new(array(bounds.min)?, array(bounds.max)?)
+        Self::from_slices(&bounds.min, &bounds.max)
     }
 }

@@ -177,11 +177,6 @@ fn solve_pair<const NU: usize, const ND: usize>(
 }
 
 fn disturbance_box<const ND: usize>(game: &TrainingGame) -> Result<InputBox<ND>, SettingsSolveError> {
-    let ends = |ends: &[f64]| {
-        <[f64; ND]>::try_from(ends)
-            .map_err(|_| InputBoxError::WrongLength { expected: ND, given: ends.len() })
-    };
-    ends(&game.disturbance_min)
-        .and_then(|min| InputBox::new(min, ends(&game.disturbance_max)?))
+    InputBox::from_slices(&game.disturbance_min, &game.disturbance_max)
         .map_err(SettingsSolveError::Disturbance)
 }

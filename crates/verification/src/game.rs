@@ -2,10 +2,8 @@
 //!
 //! Not here: the dynamics themselves (`dynamics`) and the barrier (`barrier`).
 
-use barrier::{Bounds, DynamicsKind, HalfSpace, ModelMetadata};
-use dynamics::{
-    DoubleIntegratorPair, InputBox, InputBoxError, RelativeDynamics, UnicyclePair, UnicycleStaticPair,
-};
+use barrier::{DynamicsKind, HalfSpace, ModelMetadata};
+use dynamics::{DoubleIntegratorPair, InputBox, RelativeDynamics, UnicyclePair, UnicycleStaticPair};
 
 use crate::error::VerificationError;
 
@@ -31,12 +29,14 @@ impl Game {
     pub fn of(metadata: &ModelMetadata) -> Result<Self, VerificationError> {
         let (control, bounds) = (metadata.control, &metadata.disturbance);
         Ok(match metadata.dynamics {
-            DynamicsKind::UnicyclePair => {
-                Self::Unicycle(UnicyclePair { control, disturbance: input_box(bounds)? })
-            }
-            DynamicsKind::DoubleIntegratorPair => {
-                Self::DoubleIntegrator(DoubleIntegratorPair { control, disturbance: input_box(bounds)? })
-            }
+            DynamicsKind::UnicyclePair => Self::Unicycle(UnicyclePair {
+                control,
+                disturbance: InputBox::from_slices(&bounds.min, &bounds.max)?,
+            }),
+            DynamicsKind::DoubleIntegratorPair => Self::DoubleIntegrator(DoubleIntegratorPair {
+                control,
+                disturbance: InputBox::from_slices(&bounds.min, &bounds.max)?,
+            }),
             DynamicsKind::UnicycleStaticPair => Self::UnicycleStatic(UnicycleStaticPair { control }),
         })
     }
@@ -132,11 +132,4 @@ impl Game {
             Self::DoubleIntegrator(_) => bounds.clamp(&[4.0 * z[0] + z[2], 4.0 * z[1] + z[3]]),
         }
     }
-}
-
-fn input_box<const N: usize>(bounds: &Bounds) -> Result<InputBox<N>, InputBoxError> {
-    let ends = |ends: &[f64]| {
-        <[f64; N]>::try_from(ends).map_err(|_| InputBoxError::WrongLength { expected: N, given: ends.len() })
-    };
-    InputBox::new(ends(&bounds.min)?, ends(&bounds.max)?)
 }
