@@ -83,7 +83,7 @@ pub(crate) fn verify_model(
 }
 
 /// Runs `work` with one progress bar per phase; Ctrl-C stops it.
-pub(crate) fn with_bars<T>(work: impl FnOnce(OnProgress<'_>) -> anyhow::Result<T>) -> anyhow::Result<T> {
+fn with_bars<T>(work: impl FnOnce(OnProgress<'_>) -> anyhow::Result<T>) -> anyhow::Result<T> {
     let shutdown = Shutdown::install()?;
     let mut current: Option<(Phase, Bar)> = None;
     work(&mut |progress: &Progress| {

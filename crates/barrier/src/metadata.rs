@@ -117,8 +117,8 @@ pub struct GridRecord {
     pub periodic: [bool; 4],
 }
 
-/// How the network was fitted and how well it fits, errors as network minus value function.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// How the network was fitted and how well it fits, errors as network minus value function. The default: not at all.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingRecord {
     /// Passes over the samples.

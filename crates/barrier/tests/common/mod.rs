@@ -100,17 +100,7 @@ pub(crate) fn static_metadata() -> ModelMetadata {
 }
 
 fn no_training() -> TrainingRecord {
-    TrainingRecord {
-        epochs: 0,
-        seed: 0,
-        samples: 0,
-        error_mean_m: 0.0,
-        error_p99_m: 0.0,
-        error_max_m: 0.0,
-        false_safe_share: 0.0,
-        false_unsafe_share: 0.0,
-        details: BTreeMap::new(),
-    }
+    TrainingRecord::default()
 }
 
 pub(crate) fn ground_robot_model(seed: u64) -> Model {
