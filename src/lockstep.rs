@@ -100,7 +100,10 @@ fn keep(record: &mut RunRecord, message: &WireMessage) {
         WireMessage::Goal(message) => record.goals.push(message),
         WireMessage::SafeCommand(message) => record.safe_commands.push(message),
         WireMessage::SourceStatus(message) => record.source_status.push(message),
-        WireMessage::Detections(_) | WireMessage::NominalCommand(_) | WireMessage::Health(_) => {}
+        WireMessage::Detections(_)
+        | WireMessage::NominalCommand(_)
+        | WireMessage::Health(_)
+        | WireMessage::Cycle(_) => {}
     }
 }
 

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use messages::{
-    Detections, Goal, Health, NominalCommand, Obstacles, ProcessId, RobotState, SafeCommand, SourceStatus,
+    Cycle, Detections, Goal, Health, NominalCommand, Obstacles, ProcessId, RobotState, SafeCommand,
+    SourceStatus,
 };
 use node_runtime::{Node, Shutdown, Subscriber};
 use recording::{Recorder, RecordingInfo, WireMessage};
@@ -55,6 +56,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<bool> {
     let mut safe_commands = node.subscriber_all::<SafeCommand>()?;
     let mut source_status = node.subscriber_all::<SourceStatus>()?;
     let mut health = node.subscriber_all::<Health>()?;
+    let mut cycles = node.subscriber_all::<Cycle>()?;
     let mut recorder = Recorder::create(&args.file, recording_info(&settings)?)?;
     loop {
         // Looked at before the queues are emptied: what was sent before the wish to stop is still written.
@@ -67,6 +69,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<bool> {
         take(&mut safe_commands, &mut recorder, |message| message.ledger.filter_published_ns);
         take(&mut source_status, &mut recorder, |message| message.published_ns);
         take(&mut health, &mut recorder, |message| message.published_ns);
+        take(&mut cycles, &mut recorder, |message| message.done_ns);
         if last {
             break;
         }

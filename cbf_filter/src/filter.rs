@@ -104,7 +104,8 @@ impl SafetyFilter {
         self.barrier.kernel()
     }
 
-    /// Runs one cycle. Always returns a finite command; [`Ledger::filter_published_ns`] is left to the sender.
+    /// Runs one cycle. Always returns a finite command; what the ledger says of the hand-over and of the
+    /// thread is left to the sender.
     ///
     /// With trusted inputs the command is the CBF-QP's: the admissible control nearest to u_nom with
     /// L_f h + L_g h·u + ∂h/∂t + α·h ≥ −s (CN-CBF paper, eq. cbf_qp, softened by one slack s as in the authors' code).
@@ -281,7 +282,14 @@ fn ledger(inputs: &Inputs<'_>, tick: Tick) -> Ledger {
         nominal_published_ns: nominal.map_or(0, |message| message.stamp.published_ns),
         filter_due_ns: tick.due_ns,
         filter_woke_ns: tick.woke_ns,
+        filter_computed_ns: 0,
         filter_published_ns: 0,
+        filter_trigger: tick.trigger.code(),
+        filter_skipped: tick.skipped.min(u32::MAX.into()) as u32,
+        minor_faults: 0,
+        major_faults: 0,
+        voluntary_switches: 0,
+        involuntary_switches: 0,
     }
 }
 

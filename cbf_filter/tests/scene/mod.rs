@@ -115,6 +115,6 @@ impl Scene {
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal.as_ref(),
         };
-        filter.step(&inputs, Tick { due_ns: now_ns, woke_ns: now_ns, skipped: 0 })
+        filter.step(&inputs, Tick::timer(now_ns, now_ns))
     }
 }

@@ -162,7 +162,8 @@ impl VirtualStack {
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal_command.as_ref(),
         };
-        let mut command = self.filter.step(&inputs, Tick { due_ns: now_ns, woke_ns: now_ns, skipped: 0 });
+        let mut command = self.filter.step(&inputs, Tick::timer(now_ns, now_ns));
+        command.ledger.filter_computed_ns = now_ns;
         command.ledger.filter_published_ns = now_ns;
         self.source.command(&command, now_ns);
         observe(now_ns, command.into());

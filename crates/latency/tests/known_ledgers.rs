@@ -25,7 +25,9 @@ fn command(sequence: u64) -> SafeCommand {
             nominal_published_ns: frame_ns + 410_000,
             filter_due_ns: due_ns,
             filter_woke_ns: due_ns + 10 * sequence,
+            filter_computed_ns: due_ns + 10 * sequence + 4_000,
             filter_published_ns: due_ns + 10 * sequence + 5_000,
+            ..Ledger::zeroed()
         },
         ..SafeCommand::zeroed()
     }

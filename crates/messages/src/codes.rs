@@ -216,6 +216,35 @@ wire_codes! {
     }
 }
 
+wire_codes! {
+    /// What began a cycle.
+    Trigger {
+        /// Its due time.
+        Timer = 0 => "timer",
+        /// Something arrived for the process.
+        Event = 1 => "event",
+    }
+}
+
+/// Bits of [`crate::Health::realtime_asked`] and [`crate::Health::realtime_granted`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RealtimeFlags;
+
+impl RealtimeFlags {
+    /// Scheduling class SCHED_FIFO.
+    pub const FIFO: u32 = 1;
+    /// Runs on chosen processors only.
+    pub const PROCESSORS: u32 = 2;
+    /// All memory locked.
+    pub const MEMORY_LOCK: u32 = 4;
+    /// Heap and stack touched before the loop.
+    pub const PREFAULT: u32 = 8;
+    /// Timer slack.
+    pub const TIMER_SLACK: u32 = 16;
+    /// `/dev/cpu_dma_latency` held.
+    pub const CPU_DMA_LATENCY: u32 = 32;
+}
+
 /// Bits of [`crate::Detection::flags`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DetectionFlags;

@@ -9,7 +9,7 @@ use crate::{Message, layout::assert_layout};
 /// Counters of one process since it started. Every process → launcher, a few times a second.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
-#[type_name("cncbf/Health/v1")]
+#[type_name("cncbf/Health/v2")]
 pub struct Health {
     /// When this was published, stack clock, ns.
     pub published_ns: u64,
@@ -31,14 +31,19 @@ pub struct Health {
     pub last_reason: u32,
     /// How many things went wrong.
     pub errors: u32,
+    /// [`crate::RealtimeFlags`] bits of what the process asked the kernel for.
+    pub realtime_asked: u32,
+    /// [`crate::RealtimeFlags`] bits of what the kernel granted.
+    pub realtime_granted: u32,
 }
 
-assert_layout!(Health, 64, {
+assert_layout!(Health, 72, {
     published_ns: 0, cycles: 8, missed_deadlines: 16, max_lateness_ns: 24, accepted_inputs: 32, refused_inputs: 40,
-    process: 48, pid: 52, last_reason: 56, errors: 60,
+    process: 48, pid: 52, last_reason: 56, errors: 60, realtime_asked: 64,
+    realtime_granted: 68,
 });
 
 impl Message for Health {
     const SERVICE: &'static str = "health";
-    const TYPE_NAME: &'static str = "cncbf/Health/v1";
+    const TYPE_NAME: &'static str = "cncbf/Health/v2";
 }

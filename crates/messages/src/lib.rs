@@ -14,6 +14,7 @@
 //! `odom` is the fixed, locally continuous world frame (REP-105); `base` is the robot's, x forward, y left.
 
 pub mod codes;
+mod cycle;
 mod goal;
 mod health;
 mod layout;
@@ -25,9 +26,10 @@ mod source_status;
 mod stamp;
 
 pub use codes::{
-    ControlKind, Controller, DetectionFlags, Intent, ObstacleClass, ObstacleQuality, ProcessId, Reason,
-    SafetyStatus, SourceKind, UnknownCode,
+    ControlKind, Controller, DetectionFlags, Intent, ObstacleClass, ObstacleQuality, ProcessId,
+    RealtimeFlags, Reason, SafetyStatus, SourceKind, Trigger, UnknownCode,
 };
+pub use cycle::Cycle;
 pub use goal::Goal;
 pub use health::Health;
 pub use nominal_command::NominalCommand;

@@ -4,6 +4,7 @@
 
 use std::time::Duration;
 
+use messages::Trigger;
 use rustix::{
     io::Errno,
     thread::{ClockId, clock_nanosleep_absolute},
@@ -15,15 +16,27 @@ use crate::clock::{Clock, RealClock, nanoseconds};
 /// One cycle's beginning, as planned and as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tick {
-    /// When the cycle was due, ns.
+    /// What began it.
+    pub trigger: Trigger,
+    /// When the cycle was due, ns; `woke_ns` where an input began it.
     pub due_ns: u64,
     /// When it began, ns; not before `due_ns`.
     pub woke_ns: u64,
-    /// Due times between the last cycle and this one that passed without a cycle.
+    /// Due times between the timer's last cycle and this one that passed without a cycle.
     pub skipped: u64,
 }
 
 impl Tick {
+    /// A cycle of the timer that was due at `due_ns` and began at `woke_ns`.
+    pub const fn timer(due_ns: u64, woke_ns: u64) -> Self {
+        Self { trigger: Trigger::Timer, due_ns, woke_ns, skipped: 0 }
+    }
+
+    /// A cycle that an input began at `woke_ns`.
+    pub const fn event(woke_ns: u64) -> Self {
+        Self { trigger: Trigger::Event, due_ns: woke_ns, woke_ns, skipped: 0 }
+    }
+
     /// How late the cycle began, ns.
     pub const fn lateness_ns(&self) -> u64 {
         self.woke_ns.saturating_sub(self.due_ns)
@@ -64,7 +77,7 @@ impl CyclicSchedule {
         let skipped = (now_ns - self.next_due_ns) / self.period_ns;
         let due_ns = self.next_due_ns + skipped * self.period_ns;
         self.next_due_ns = due_ns + self.period_ns;
-        Some(Tick { due_ns, woke_ns: now_ns, skipped })
+        Some(Tick { trigger: Trigger::Timer, due_ns, woke_ns: now_ns, skipped })
     }
 }
 
@@ -121,15 +134,15 @@ mod tests {
     fn lateness_below_a_period_does_not_shift_the_phase() {
         let mut schedule = CyclicSchedule::new(1_000, PERIOD);
         assert_eq!(schedule.begin(999), None);
-        assert_eq!(schedule.begin(1_099), Some(Tick { due_ns: 1_000, woke_ns: 1_099, skipped: 0 }));
+        assert_eq!(schedule.begin(1_099), Some(Tick::timer(1_000, 1_099)));
         assert_eq!(schedule.begin(1_099), None);
-        assert_eq!(schedule.begin(1_100), Some(Tick { due_ns: 1_100, woke_ns: 1_100, skipped: 0 }));
+        assert_eq!(schedule.begin(1_100), Some(Tick::timer(1_100, 1_100)));
     }
 
     #[test]
     fn whole_periods_that_were_slept_through_are_skipped_and_counted() {
         let mut schedule = CyclicSchedule::new(1_000, PERIOD);
-        assert_eq!(schedule.begin(1_350), Some(Tick { due_ns: 1_300, woke_ns: 1_350, skipped: 3 }));
+        assert_eq!(schedule.begin(1_350), Some(Tick { skipped: 3, ..Tick::timer(1_300, 1_350) }));
         assert_eq!(schedule.next_due_ns(), 1_400);
     }
 

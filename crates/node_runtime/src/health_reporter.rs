@@ -52,6 +52,11 @@ impl HealthReporter {
         self.counters.last_reason = reason.code();
     }
 
+    /// Notes what the process asked the kernel for and what it got, as [`messages::RealtimeFlags`] bits.
+    pub fn realtime(&mut self, asked: u32, granted: u32) {
+        (self.counters.realtime_asked, self.counters.realtime_granted) = (asked, granted);
+    }
+
     /// Publishes the counters if the last report is long enough ago. `now_ns` is the stack clock's time.
     pub fn report(&mut self, now_ns: u64) {
         if self.counters.published_ns == 0
@@ -88,5 +93,7 @@ fn zeroed(process: ProcessId) -> Health {
         pid: std::process::id(),
         last_reason: Reason::None.code(),
         errors: 0,
+        realtime_asked: 0,
+        realtime_granted: 0,
     }
 }

@@ -12,13 +12,13 @@ use iceoryx2::{
         service_name::ServiceName,
     },
 };
-use messages::{Health, Message, ProcessId};
+use messages::{Cycle, Health, Message, ProcessId};
 
 use crate::NodeError;
 
 /// Readers of one service: the processes, a recorder, a live view, two more.
 const MAX_SUBSCRIBERS: usize = 8;
-/// Writers of [`Health`], and wakers of one process.
+/// Writers of [`Health`] and of [`Cycle`], and wakers of one process.
 const MAX_WRITERS_OF_MANY: usize = 16;
 /// Processes on one service, the dead ones that nobody has swept yet included.
 const MAX_NODES: usize = 32;
@@ -70,7 +70,7 @@ pub(crate) const fn queue_length<T: Message>() -> usize {
 
 /// How many processes may write `T` at a time.
 fn max_publishers<T: Message>() -> usize {
-    if T::SERVICE == Health::SERVICE { MAX_WRITERS_OF_MANY } else { 1 }
+    if [Health::SERVICE, Cycle::SERVICE].contains(&T::SERVICE) { MAX_WRITERS_OF_MANY } else { 1 }
 }
 
 /// Opens or creates the service of `T`.

@@ -171,7 +171,7 @@ fn health_has_many_writers_and_at_most_five_reports_a_second() {
     let mut of_bridge = HealthReporter::new(&bridge).unwrap();
     for cycle in 1..=250_u64 {
         let due_ns = cycle * 4_000_000;
-        of_filter.cycle(&Tick { due_ns, woke_ns: due_ns + cycle, skipped: cycle % 2 });
+        of_filter.cycle(&Tick { skipped: cycle % 2, ..Tick::timer(due_ns, due_ns + cycle) });
         of_filter.report(due_ns + cycle);
     }
     of_bridge.refused(messages::Reason::MalformedInput);

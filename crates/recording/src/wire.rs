@@ -4,7 +4,8 @@ use std::path::Path;
 
 use bytemuck::Pod;
 use messages::{
-    Detections, Goal, Health, Message, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus,
+    Cycle, Detections, Goal, Health, Message, NominalCommand, Obstacles, RobotState, SafeCommand,
+    SourceStatus,
 };
 
 use crate::refusal::RefusalReason;
@@ -82,6 +83,8 @@ wire_messages! {
     SourceStatus,
     /// How a process is doing.
     Health,
+    /// When a process ran.
+    Cycle,
 }
 
 fn parse<T: Pod>(bytes: &[u8]) -> Result<T, RefusalReason> {

@@ -224,7 +224,8 @@ impl<'a> Intake<'a> {
             | WireMessage::NominalCommand(_)
             | WireMessage::SafeCommand(_)
             | WireMessage::SourceStatus(_)
-            | WireMessage::Health(_) => Err(Reason::MalformedInput),
+            | WireMessage::Health(_)
+            | WireMessage::Cycle(_) => Err(Reason::MalformedInput),
         }
     }
 

@@ -47,7 +47,7 @@ impl Converter {
                 sink.put("/cncbf/obstacles", &shapes)
             }
             // Figures of our own; no ROS type says them better than the raw message.
-            WireMessage::SourceStatus(_) | WireMessage::Health(_) => Ok(()),
+            WireMessage::SourceStatus(_) | WireMessage::Health(_) | WireMessage::Cycle(_) => Ok(()),
         }
     }
 

@@ -244,7 +244,9 @@ fn step(record: &RunRecord, robot: &mut Robot, cycle: u64, people: usize, time_s
             nominal_published_ns: wanted_ns + 420_000 + (wanted_ns / 1_000) % 90_000,
             filter_due_ns: due_ns,
             filter_woke_ns: woke_ns,
+            filter_computed_ns: woke_ns + 8_000 + noise * 8,
             filter_published_ns: woke_ns + 9_000 + noise * 8,
+            ..Ledger::zeroed()
         },
         ..SafeCommand::zeroed()
     }
