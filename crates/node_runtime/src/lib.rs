@@ -52,6 +52,7 @@
 //! A process that is driven by its inputs instead waits on [`Node::wake_up`]; its senders hold a [`Waker`] of it.
 
 mod clock;
+mod cycle_meter;
 mod cyclic_timer;
 pub mod doctor;
 mod domain;
@@ -64,9 +65,11 @@ mod services;
 mod shutdown;
 mod stillborn;
 mod subscriber;
+mod thread_usage;
 mod wake;
 
 pub use clock::{Clock, RealClock, SteppedClock};
+pub use cycle_meter::CycleMeter;
 pub use cyclic_timer::{CyclicSchedule, CyclicTimer, Tick};
 pub use domain::{Domain, DomainError};
 pub use health_reporter::HealthReporter;
@@ -76,4 +79,5 @@ pub use node::{Node, NodeError};
 pub use publisher::{PortError, Publisher};
 pub use shutdown::{PARENT_PID_VARIABLE, Shutdown, ShutdownError};
 pub use subscriber::Subscriber;
+pub use thread_usage::{ThreadUsage, UsageMeter};
 pub use wake::{WakeUp, Waker, Woken};

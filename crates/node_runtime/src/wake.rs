@@ -1,19 +1,25 @@
 //! Waking a process when something arrived for it: one listener per process, any number of wakers.
 
-use std::time::Duration;
+use std::{os::fd::BorrowedFd, time::Duration};
 
 use iceoryx2::{
     port::{listener::Listener, notifier::Notifier},
+    prelude::FileDescriptorBased,
     service::ipc_threadsafe::Service,
 };
 use iceoryx2_cal::event::ListenerWaitError;
+use rustix::{
+    event::{PollFd, PollFlags, poll},
+    io::Errno,
+    time::Timespec,
+};
 
-use crate::stillborn::StillbornWatch;
+use crate::{
+    clock::{Clock, RealClock, nanoseconds},
+    stillborn::StillbornWatch,
+};
 
-/// Shortest time that iceoryx2 can hand to the operating system, which takes zero for "wait for ever".
-const SHORTEST_WAIT: Duration = Duration::from_micros(1);
-
-/// Why [`WakeUp::wait`] returned.
+/// Why a wait returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Woken {
     /// Somebody called [`Waker::wake`], once or several times.
@@ -32,22 +38,66 @@ pub struct WakeUp {
 
 impl WakeUp {
     /// Sleeps until somebody wakes this process or `timeout` has passed. Several wake-ups before the call count as one.
-    /// With less than a microsecond left it only looks.
     pub fn wait(&self, timeout: Duration) -> Woken {
-        let woken = if timeout < SHORTEST_WAIT {
-            self.listener.try_wait(|_| {})
-        } else {
-            self.listener.timed_wait(|_| {}, timeout)
-        };
-        match woken {
-            Ok(0) | Err(ListenerWaitError::InterruptSignal) => Woken::TimedOut,
-            Ok(_) => Woken::Notified,
-            Err(ListenerWaitError::ContractViolation | ListenerWaitError::InternalFailure) => {
+        self.wait_until(RealClock.now_ns().saturating_add(nanoseconds(timeout)))
+    }
+
+    /// Sleeps until somebody wakes this process or `CLOCK_MONOTONIC` shows `due_ns`; only looks if it already does.
+    ///
+    /// The sleep ends on the kernel's high-resolution timer. What it may be late by is the thread's timer slack, or a
+    /// thousandth of the sleep where that is longer; a thread of a real-time class has neither.
+    pub fn wait_until(&self, due_ns: u64) -> Woken {
+        // Twice, because a look resets the listener while a waker may be half-way: what that waker leaves behind is a
+        // listener that counts as notified with nothing to read, to which others would send nothing.
+        if self.look() == Woken::Notified || self.look() == Woken::Notified {
+            return Woken::Notified;
+        }
+        loop {
+            let now_ns = RealClock.now_ns();
+            if now_ns >= due_ns {
+                return Woken::TimedOut;
+            }
+            match self.sleep(due_ns - now_ns) {
+                Ok(0) | Err(Errno::INTR) => return Woken::TimedOut,
+                // Nothing to collect: a look before the sleep took the wake-up and left its signal.
+                Ok(_) => {
+                    if self.look() == Woken::Notified {
+                        return Woken::Notified;
+                    }
+                }
                 // A broken listener must not turn the caller's loop into a busy one: keep its heartbeat.
-                std::thread::sleep(timeout);
-                Woken::TimedOut
+                Err(_) => {
+                    std::thread::sleep(Duration::from_nanos(due_ns - now_ns));
+                    return Woken::TimedOut;
+                }
             }
         }
+    }
+
+    /// Whether somebody woke this process since the last call of any of the three. Does not sleep: for who spins.
+    pub fn look(&self) -> Woken {
+        match self.listener.try_wait(|_| {}) {
+            Ok(0)
+            | Err(
+                ListenerWaitError::InterruptSignal
+                | ListenerWaitError::ContractViolation
+                | ListenerWaitError::InternalFailure,
+            ) => Woken::TimedOut,
+            Ok(_) => Woken::Notified,
+        }
+    }
+
+    /// Sleeps until the listener's socket can be read; 0 once `duration_ns` have passed.
+    fn sleep(&self, duration_ns: u64) -> Result<usize, Errno> {
+        // SAFETY: the number stays a descriptor's for as long as the listener lives, which is borrowed until the return,
+        // and nothing here closes it.
+        #[expect(unsafe_code, reason = "iceoryx2 tells its socket as a number only")]
+        let socket = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
+        let timeout = Timespec {
+            tv_sec: (duration_ns / 1_000_000_000).cast_signed(),
+            tv_nsec: (duration_ns % 1_000_000_000).cast_signed(),
+        };
+        poll(&mut [PollFd::new(&socket, PollFlags::IN)], Some(&timeout))
     }
 }
 
