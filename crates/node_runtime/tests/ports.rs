@@ -2,14 +2,22 @@
 
 mod common;
 
-use std::time::Duration;
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::Duration,
+};
 
 use bytemuck::{Pod, Zeroable};
-use common::goal;
+use common::{PATIENCE, goal};
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use messages::{Goal, Health, Message, ProcessId, SafeCommand};
-use node_runtime::{HealthReporter, Node, NodeError, Publisher, ScopedDomain, Subscriber, Tick, Woken};
+use node_runtime::{
+    Clock, HealthReporter, Node, NodeError, Publisher, RealClock, ScopedDomain, Subscriber, Tick, Woken,
+};
 
 /// [`Goal`] as a later version might define it: same service, same size.
 #[repr(C)]
@@ -125,6 +133,67 @@ fn wake_up_by_notify_and_by_timeout() {
     waker.wake();
     assert_eq!(wake_up.wait(Duration::from_secs(10)), Woken::Notified);
     assert_eq!(wake_up.wait(Duration::from_millis(1)), Woken::TimedOut);
+}
+
+#[test]
+fn a_wait_until_a_time_does_not_end_before_it() {
+    let domain = ScopedDomain::new();
+    let sleeper = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
+    let wake_up = sleeper.wake_up().unwrap();
+    for sleep_ns in [0, 1, 50_000, 1_300_000, 4_000_001] {
+        let due_ns = RealClock.now_ns() + sleep_ns;
+        assert_eq!(wake_up.wait_until(due_ns), Woken::TimedOut);
+        assert!(RealClock.now_ns() >= due_ns, "asked for {sleep_ns} ns");
+    }
+    let waker = sleeper.waker(ProcessId::Filter).unwrap();
+    waker.wake();
+    assert_eq!(wake_up.wait_until(0), Woken::Notified, "a due time that has passed hides no wake-up");
+}
+
+#[test]
+fn a_look_collects_a_wake_up_without_sleeping() {
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
+    let (wake_up, waker) = (node.wake_up().unwrap(), node.waker(ProcessId::Filter).unwrap());
+    assert_eq!(wake_up.look(), Woken::TimedOut);
+    waker.wake();
+    assert_eq!(wake_up.look(), Woken::Notified);
+    assert_eq!(wake_up.look(), Woken::TimedOut);
+}
+
+#[test]
+fn no_wake_up_is_lost_between_several_wakers_and_a_listener_that_looks() {
+    const ROUNDS: u64 = 20_000;
+    let domain = ScopedDomain::new();
+    let sleeper = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
+    let wake_up = sleeper.wake_up().unwrap();
+    let begun: Arc<[AtomicU64; 2]> = Arc::default();
+    let heard = Arc::new(AtomicU64::new(0));
+    let wakers: Vec<_> = (0..2)
+        .map(|index| {
+            let waker = sleeper.waker(ProcessId::Filter).unwrap();
+            let (begun, heard) = (Arc::clone(&begun), Arc::clone(&heard));
+            std::thread::spawn(move || {
+                for round in 1..=ROUNDS {
+                    begun[index].store(round, Ordering::SeqCst);
+                    waker.wake();
+                    while heard.load(Ordering::SeqCst) < round {
+                        std::thread::yield_now();
+                    }
+                }
+            })
+        })
+        .collect();
+    for round in 1..=ROUNDS {
+        // A round ends once both have begun it; each wakes after it has said so.
+        while begun.iter().any(|of_one| of_one.load(Ordering::SeqCst) < round) {
+            assert_eq!(wake_up.wait(PATIENCE), Woken::Notified, "in round {round}");
+        }
+        heard.store(round, Ordering::SeqCst);
+    }
+    for waker in wakers {
+        waker.join().unwrap();
+    }
 }
 
 #[test]
