@@ -25,7 +25,7 @@ pub enum SettingsError {
     #[error("{key} = {value} is refused: it must be {requirement}")]
     Invalid {
         /// Full name of the key.
-        key: &'static str,
+        key: String,
         /// The value found.
         value: String,
         /// What it should be.
@@ -48,7 +48,12 @@ pub(crate) fn require<V: core::fmt::Debug>(
     value: V,
     requirement: &'static str,
 ) -> Checked {
-    if holds { Ok(()) } else { Err(SettingsError::Invalid { key, value: format!("{value:?}"), requirement }) }
+    if holds { Ok(()) } else { Err(invalid(key, &value, requirement)) }
+}
+
+/// The refusal of `value`.
+pub(crate) fn invalid<V: core::fmt::Debug>(key: &str, value: &V, requirement: &'static str) -> SettingsError {
+    SettingsError::Invalid { key: key.to_owned(), value: format!("{value:?}"), requirement }
 }
 
 /// Refuses anything but a finite number > 0.

@@ -22,6 +22,18 @@ pub enum KernelChoice {
     Avx512,
 }
 
+/// What begins a cycle of the filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FilterTrigger {
+    /// Its period alone: cycles at fixed due times.
+    Timer,
+    /// New obstacles, and one period after the last cycle where none come.
+    Event,
+    /// Fixed due times, and new obstacles in between, at most once between two due times.
+    Both,
+}
+
 /// What perception says an obstacle is, as `[filter.class_models]` names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -47,6 +59,8 @@ pub struct FilterSettings {
     pub model_sha256: Option<String>,
     /// Filter period, ms.
     pub period_ms: u64,
+    /// What begins a cycle.
+    pub trigger: FilterTrigger,
     /// Linear class-κ gain: α(h) = k·h with this k, 1/s.
     pub alpha_per_s: f64,
     /// Smoothing β of the softmin, 1/m.

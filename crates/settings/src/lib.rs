@@ -12,6 +12,7 @@ mod estimator;
 mod filter;
 mod nominal;
 mod offline;
+mod realtime;
 mod robot;
 mod samples;
 mod simulation;
@@ -25,9 +26,10 @@ use serde::{Deserialize, Serialize};
 
 pub use error::SettingsError;
 pub use estimator::{EstimatorKind, EstimatorSettings};
-pub use filter::{ClassName, FilterSettings, KernelChoice};
+pub use filter::{ClassName, FilterSettings, FilterTrigger, KernelChoice};
 pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings};
 pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
+pub use realtime::{ProcessRealtime, RealtimeSettings, SchedulerKind, WaitKind};
 pub use robot::{ObstacleMotion, ObstacleSettings, RobotKind, RobotSettings};
 pub use samples::SampleSettings;
 pub use simulation::SimulationSettings;
@@ -58,6 +60,9 @@ pub struct Settings {
     pub nominal: NominalSettings,
     /// Process 4.
     pub filter: FilterSettings,
+    /// What each process asks of the kernel; nothing if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeSettings>,
     /// How the model is computed; only `solve` and `train` need it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub offline: Option<OfflineSettings>,
@@ -109,6 +114,7 @@ impl Settings {
         self.nominal.validate(self.robot.kind)?;
         self.filter.validate()?;
         positive("robot.radius_m + obstacle.radius_m", self.failure_radius_m())?;
+        self.realtime.as_ref().map_or(Ok(()), |realtime| realtime.validate(self))?;
         self.offline.as_ref().map_or(Ok(()), |offline| {
             offline.validate()?;
             covered::validate(&offline.grid, self)
