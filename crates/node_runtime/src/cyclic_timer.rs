@@ -69,6 +69,16 @@ impl CyclicSchedule {
         self.period_ns
     }
 
+    /// Puts the next cycle one period after `now_ns`; the others follow it.
+    pub const fn restart(&mut self, now_ns: u64) {
+        self.next_due_ns = now_ns.saturating_add(self.period_ns);
+    }
+
+    /// Sets when the next cycle is due; the others follow it.
+    pub const fn set_due(&mut self, due_ns: u64) {
+        self.next_due_ns = due_ns;
+    }
+
     /// Begins a cycle at `now_ns` if one is due.
     pub const fn begin(&mut self, now_ns: u64) -> Option<Tick> {
         if now_ns < self.next_due_ns {
@@ -126,7 +136,7 @@ impl CyclicTimer {
 }
 
 /// Sleeps until `CLOCK_MONOTONIC` shows `due_ns`, or a signal arrives.
-fn sleep_until(due_ns: u64) {
+pub(crate) fn sleep_until(due_ns: u64) {
     let due = Timespec {
         tv_sec: (due_ns / 1_000_000_000).cast_signed(),
         tv_nsec: (due_ns % 1_000_000_000).cast_signed(),

@@ -1,0 +1,119 @@
+//! The loop's clockwork: sleeps until a process' next cycle begins.
+
+use std::time::Duration;
+
+use crate::{Clock, Pacing, RealClock, Tick, WakeUp, Woken, clock::nanoseconds, cyclic_timer::sleep_until};
+
+/// How the time between two cycles is spent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Waiting {
+    /// Asleep until this long before a cycle is due, then reading the clock. Inputs wake it from its sleep.
+    Sleep {
+        /// Zero sleeps all the time.
+        spin: Duration,
+    },
+    /// Awake all the time, looking for inputs. One processor for this process alone; never with SCHED_FIFO, which the kernel
+    /// then suspends for up to 50 ms in every second.
+    Spin,
+}
+
+/// Begins the cycles of one process on `CLOCK_MONOTONIC`.
+#[derive(Debug)]
+pub struct Pacer {
+    pacing: Pacing,
+    wake_up: Option<WakeUp>,
+    waiting: Waiting,
+}
+
+impl Pacer {
+    /// Begins cycles as `pacing` says; `wake_up` is where inputs announce themselves.
+    pub const fn new(pacing: Pacing, wake_up: Option<WakeUp>, waiting: Waiting) -> Self {
+        Self { pacing, wake_up, waiting }
+    }
+
+    /// Waits until the next cycle begins. Inputs that were announced before it count as announced: whoever reads all its inputs
+    /// after this call misses none. Signals do not cut it short, so let a process that must end have a due time soon.
+    pub fn wait(&mut self) -> Tick {
+        let mut announced = false;
+        loop {
+            let now_ns = RealClock.now_ns();
+            if let Some(tick) = self.pacing.begin(now_ns, announced) {
+                if let (Some(wake_up), false) = (&self.wake_up, announced) {
+                    wake_up.look();
+                }
+                return tick;
+            }
+            announced = self.rest(now_ns);
+        }
+    }
+
+    /// As [`Self::wait`], with the cycle due at `due_ns` if no input begins it before.
+    pub fn wait_until(&mut self, due_ns: u64) -> Tick {
+        self.pacing.set_due(due_ns);
+        self.wait()
+    }
+
+    /// Lets some time pass, at most until a cycle is due, and returns whether an input was announced that may begin one.
+    fn rest(&self, now_ns: u64) -> bool {
+        let spin_ns = match self.waiting {
+            Waiting::Sleep { spin } => nanoseconds(spin),
+            Waiting::Spin => u64::MAX,
+        };
+        let sleep_end_ns = self.pacing.next_due_ns().saturating_sub(spin_ns);
+        let asleep = now_ns < sleep_end_ns;
+        match self.wake_up.as_ref().filter(|_| self.pacing.heeds_inputs()) {
+            Some(wake_up) if asleep => return wake_up.wait_until(sleep_end_ns) == Woken::Notified,
+            Some(wake_up) if wake_up.look() == Woken::Notified => return true,
+            None if asleep => sleep_until(sleep_end_ns),
+            Some(_) | None => std::hint::spin_loop(),
+        }
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Node, ScopedDomain};
+    use messages::{ProcessId, Trigger};
+
+    const PERIOD: Duration = Duration::from_millis(200);
+
+    fn pacer(domain: &ScopedDomain, waiting: Waiting) -> (Pacer, crate::Waker, Node) {
+        let node = Node::open_in(domain, "pacer", ProcessId::Filter).unwrap();
+        let (waker, wake_up) = (node.waker(ProcessId::Filter).unwrap(), node.wake_up().unwrap());
+        let pacing = Pacing::both(RealClock.now_ns() + nanoseconds(PERIOD), PERIOD);
+        (Pacer::new(pacing, Some(wake_up), waiting), waker, node)
+    }
+
+    #[test]
+    fn inputs_begin_cycles_between_due_times_whether_it_sleeps_or_spins() {
+        for waiting in [
+            Waiting::Sleep { spin: Duration::ZERO },
+            Waiting::Sleep { spin: Duration::from_millis(1) },
+            Waiting::Spin,
+        ] {
+            let domain = ScopedDomain::new();
+            let (mut pacer, waker, _node) = pacer(&domain, waiting);
+            let first = pacer.wait();
+            assert_eq!(first.trigger, Trigger::Timer);
+            waker.wake();
+            let second = pacer.wait();
+            assert_eq!(second.trigger, Trigger::Event, "{waiting:?}");
+            // The second announcement of this period waits for the timer, and is not left over for an empty cycle after it.
+            waker.wake();
+            let third = pacer.wait();
+            assert_eq!(third.trigger, Trigger::Timer, "{waiting:?}");
+            assert_eq!((third.due_ns - first.due_ns) % nanoseconds(PERIOD), 0);
+            assert_eq!(pacer.wait().trigger, Trigger::Timer, "{waiting:?}");
+        }
+    }
+
+    #[test]
+    fn a_due_time_set_from_outside_is_kept() {
+        let mut pacer = Pacer::new(Pacing::event(0, PERIOD), None, Waiting::Sleep { spin: Duration::ZERO });
+        let due_ns = RealClock.now_ns() + 3_000_000;
+        let tick = pacer.wait_until(due_ns);
+        assert!(tick.due_ns == due_ns && tick.woke_ns >= due_ns);
+    }
+}
