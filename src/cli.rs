@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use perception_bridge::SourceChoice;
+use perception_bridge::{Playback, SourceChoice};
 use verification::affine::StateBox;
 
 /// A safety filter for robots among people: composite neural control barrier function, four processes, shared memory.
@@ -337,6 +337,12 @@ pub(crate) struct BridgeArgs {
     /// Replace a recording's robot by a simulated one that obeys the filter
     #[arg(long)]
     pub(crate) closed_loop: bool,
+    /// Play a recording this many times as fast; speeds seen by the filter change, so that only the timing means anything
+    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    pub(crate) rate: f64,
+    /// Play a recording this many times in a row
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) passes: u32,
 }
 
 /// Options of `record`.
@@ -363,10 +369,10 @@ pub(crate) enum Source {
 
 impl Source {
     /// What the bridge is told.
-    pub(crate) fn choice(&self, closed_loop: bool) -> SourceChoice {
+    pub(crate) fn choice(&self, closed_loop: bool, playback: Playback) -> SourceChoice {
         match self {
             Self::Sim => SourceChoice::Simulation,
-            Self::Mcap(file) => SourceChoice::Mcap { file: file.clone(), closed_loop },
+            Self::Mcap(file) => SourceChoice::Mcap { file: file.clone(), closed_loop, playback },
         }
     }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use cbf_filter::load_model;
 use evaluation::{START_NS, VirtualStack};
 use node_runtime::{Clock, RealClock};
-use perception_bridge::{SourceChoice, open_source};
+use perception_bridge::{Playback, SourceChoice, open_source};
 use recording::{Recorder, WireMessage};
 use report::RunRecord;
 use settings::Settings;
@@ -33,7 +33,11 @@ pub(crate) struct Replayed {
 
 /// Replays once; writes the recording if `recording` and the arguments ask for it.
 pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) -> anyhow::Result<Replayed> {
-    let choice = SourceChoice::Mcap { file: args.file.clone(), closed_loop: args.closed_loop };
+    let choice = SourceChoice::Mcap {
+        file: args.file.clone(),
+        closed_loop: args.closed_loop,
+        playback: Playback::AS_RECORDED,
+    };
     let model = load_model(&settings.filter.model)?;
     let mut stack = VirtualStack::new(settings, &model, open_source(settings, &choice)?)?;
     let mut recorder = match args.record.as_ref().filter(|_| recording) {

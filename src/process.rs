@@ -7,6 +7,7 @@ use messages::{
     SourceStatus,
 };
 use node_runtime::{Node, Shutdown, Subscriber};
+use perception_bridge::Playback;
 use recording::{Recorder, RecordingInfo, WireMessage};
 
 use crate::cli::{BridgeArgs, ProcessArgs, RecordArgs};
@@ -15,7 +16,9 @@ use crate::common::settings;
 /// Process 1.
 pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
     let settings = settings(&args.process)?;
-    perception_bridge::shell::run(&settings, &args.process.instance, &args.source.choice(args.closed_loop))?;
+    let playback = Playback::new(args.rate, args.passes)?;
+    let choice = args.source.choice(args.closed_loop, playback);
+    perception_bridge::shell::run(&settings, &args.process.instance, &choice)?;
     Ok(true)
 }
 

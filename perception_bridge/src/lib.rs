@@ -14,6 +14,7 @@ mod command_sink;
 pub mod decode;
 mod frames;
 mod nearest;
+mod playback;
 mod recorded;
 pub mod shell;
 mod simulated_crowd;
@@ -21,6 +22,7 @@ mod source;
 
 pub use command_sink::{CommandSink, SinkState};
 pub use frames::Frames;
+pub use playback::{Playback, PlaybackError};
 pub use recorded::{IntakeReport, McapSource, SourceError};
 pub use simulated_crowd::{SimulatedCrowd, SimulationError};
 pub use source::{BridgeEvent, OpenSourceError, Source, SourceChoice, open_source};

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use perception_bridge::{SourceChoice, shell};
+use perception_bridge::{Playback, SourceChoice, shell};
 use settings::Settings;
 
 /// Bring the world into the stack and its commands out: robot state, detections and goal in odom; safe commands back
@@ -25,13 +25,23 @@ struct Arguments {
     /// Replace the recording's robot by a simulated one that obeys the filter
     #[arg(long, requires = "recording")]
     closed_loop: bool,
+    /// Play the recording this many times as fast; only the timing means anything then
+    #[arg(long, value_name = "X", default_value_t = 1.0, requires = "recording")]
+    rate: f64,
+    /// Play the recording this many times in a row
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "recording")]
+    passes: u32,
 }
 
 fn main() -> anyhow::Result<()> {
     let arguments = Arguments::parse();
     node_runtime::start_logging();
     let choice = match arguments.recording {
-        Some(file) => SourceChoice::Mcap { file, closed_loop: arguments.closed_loop },
+        Some(file) => SourceChoice::Mcap {
+            file,
+            closed_loop: arguments.closed_loop,
+            playback: Playback::new(arguments.rate, arguments.passes)?,
+        },
         None => SourceChoice::Simulation,
     };
     shell::run(&Settings::load(&arguments.config)?, &arguments.instance, &choice)

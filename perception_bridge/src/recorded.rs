@@ -1,4 +1,4 @@
-//! A recording as a source: its messages at the pace they were recorded, the robot recorded or simulated.
+//! A recording as a source: its messages at the pace they were recorded or another, the robot recorded or simulated.
 
 mod clock;
 mod error;
@@ -26,6 +26,7 @@ pub use error::SourceError;
 
 use crate::command_sink::SinkState;
 use crate::nearest::by_distance;
+use crate::playback::Playback;
 use crate::source::{BridgeEvent, Source};
 use playlist::{Content, Entry, Playlist};
 use robot::SimulatedRobot;
@@ -129,12 +130,26 @@ impl McapSource {
         })
     }
 
+    /// The same recording, played at another rate or several times in a row. Only before it is first polled.
+    ///
+    /// In a closed loop the simulated robot keeps its own pace, whatever the people do.
+    ///
+    /// # Errors
+    /// [`SourceError::TooLong`] if so many passes do not fit into memory.
+    pub fn played(mut self, playback: Playback) -> Result<Self, SourceError> {
+        self.playlist = self.playlist.played(playback).ok_or(SourceError::TooLong {
+            passes: playback.passes(),
+            messages: self.playlist.entries.len(),
+        })?;
+        Ok(self)
+    }
+
     /// What became of the recording's messages.
     pub const fn report(&self) -> &IntakeReport {
         &self.report
     }
 
-    /// Length of the recording, ns.
+    /// Length of the playback, ns.
     pub const fn length_ns(&self) -> u64 {
         self.playlist.length_ns
     }

@@ -6,20 +6,23 @@ use messages::{Detections, Goal, RobotState, SafeCommand, SourceStatus};
 use settings::Settings;
 
 use crate::command_sink::SinkState;
+use crate::playback::Playback;
 use crate::recorded::{McapSource, SourceError};
 use crate::simulated_crowd::{SimulatedCrowd, SimulationError};
 
 /// Where the bridge takes the world from.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum SourceChoice {
     /// The simulated crowd of the settings.
     Simulation,
-    /// A recording, played at its own pace.
+    /// A recording.
     Mcap {
         /// The file.
         file: PathBuf,
         /// Whether a simulated robot that obeys the filter replaces the recorded one.
         closed_loop: bool,
+        /// How fast and how often it is played.
+        playback: Playback,
     },
 }
 
@@ -41,7 +44,9 @@ pub enum OpenSourceError {
 pub fn open_source(settings: &Settings, choice: &SourceChoice) -> Result<Box<dyn Source>, OpenSourceError> {
     Ok(match choice {
         SourceChoice::Simulation => Box::new(SimulatedCrowd::new(settings)?),
-        SourceChoice::Mcap { file, closed_loop } => Box::new(McapSource::open(file, settings, *closed_loop)?),
+        SourceChoice::Mcap { file, closed_loop, playback } => {
+            Box::new(McapSource::open(file, settings, *closed_loop)?.played(*playback)?)
+        }
     })
 }
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use allocation_counter::measure;
-use perception_bridge::{SourceChoice, open_source};
+use perception_bridge::{Playback, SourceChoice, open_source};
 use settings::Settings;
 
 const MS: u64 = 1_000_000;
@@ -15,7 +15,8 @@ fn playing_allocates_nothing() {
     let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let settings = Settings::load(&repository.join("config/ground_robot.toml")).unwrap();
     let file = repository.join("tests/data/mcap_rosbags_reference.mcap");
-    let mcap = |closed_loop| SourceChoice::Mcap { file: file.clone(), closed_loop };
+    let playback = Playback::new(2.0, 2).unwrap();
+    let mcap = |closed_loop| SourceChoice::Mcap { file: file.clone(), closed_loop, playback };
     for choice in [SourceChoice::Simulation, mcap(false), mcap(true)] {
         let mut source = open_source(&settings, &choice).unwrap();
         let mut events = 0;

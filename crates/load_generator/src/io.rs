@@ -15,7 +15,7 @@ const BLOCK_BYTES: usize = 1 << 20;
 pub(crate) fn run(folder: &Path, stop: &impl Fn() -> bool) -> Result<Done, LoadError> {
     let failed = |source| LoadError::Disk { folder: folder.to_owned(), source };
     // Not zeros: some file systems do not store those.
-    let block: Vec<u8> = (0..BLOCK_BYTES).map(|index| (index * 31 >> 3) as u8).collect();
+    let block: Vec<u8> = (0..BLOCK_BYTES).map(|index| ((index * 31) >> 3) as u8).collect();
     let mut done = Done { threads: 1, iterations: 0, bytes: 0, footprint_bytes: FILE_BYTES };
     loop {
         // Without a name in the folder, so that nothing stays behind however this process ends.

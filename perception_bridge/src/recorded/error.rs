@@ -48,6 +48,14 @@ pub enum SourceError {
         /// Counts of the reasons.
         reasons: String,
     },
+    /// It is to be played so often that the list of what to play does not fit into memory.
+    #[error("{passes} passes over {messages} messages do not fit into memory; play it for a shorter time")]
+    TooLong {
+        /// Passes asked for.
+        passes: u32,
+        /// Messages of one pass.
+        messages: usize,
+    },
     /// The robot of a closed loop cannot be simulated.
     #[error(transparent)]
     Plant(#[from] PlantError),

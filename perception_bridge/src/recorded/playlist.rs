@@ -3,6 +3,11 @@
 use bytemuck::Zeroable;
 use messages::{Detection, Goal, RobotState};
 
+use crate::playback::Playback;
+
+/// Entries that a playlist may have, passes included: about 0.5 GB.
+const LARGEST: usize = 10_000_000;
+
 /// One thing to hand over. Times are ns since the beginning of the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Entry {
@@ -53,13 +58,47 @@ impl Playlist {
             entry.valid_ns -= begin_ns;
         }
         entries.sort_by_key(|entry| entry.due_ns);
-        let is_frame = |(_, entry): &(usize, &Entry)| matches!(entry.content, Content::People { .. });
-        let mut frames: Vec<u32> =
-            entries.iter().enumerate().filter(is_frame).map(|(index, _)| index as u32).collect();
-        frames.sort_by_key(|index| entries[*index as usize].valid_ns);
-        let length_ns = entries.last().map_or(0, |entry| entry.due_ns);
         let first_state = states.first().copied().unwrap_or_else(RobotState::zeroed);
-        Self { entries, states, people, goals, frames, first_state, length_ns }
+        let mut playlist =
+            Self { entries, states, people, goals, frames: Vec::new(), first_state, length_ns: 0 };
+        playlist.note_frames_and_length();
+        playlist
+    }
+
+    fn note_frames_and_length(&mut self) {
+        let entries = &self.entries;
+        let is_frame = |(_, entry): &(usize, &Entry)| matches!(entry.content, Content::People { .. });
+        self.frames = entries.iter().enumerate().filter(is_frame).map(|(index, _)| index as u32).collect();
+        self.frames.sort_by_key(|index| entries[*index as usize].valid_ns);
+        self.length_ns = entries.last().map_or(0, |entry| entry.due_ns);
+    }
+
+    /// The same at another rate and several times in a row; `None` if that is too much to keep in memory.
+    ///
+    /// A pass begins one mean interval between two messages after the one before has ended. Sensor stamps keep their own
+    /// pace and go on counting.
+    pub(super) fn played(&self, playback: Playback) -> Option<Self> {
+        let passes = playback.passes() as usize;
+        if passes > 1 && self.entries.len().checked_mul(passes)? > LARGEST {
+            return None;
+        }
+        let end_ns = self.entries.iter().map(|entry| entry.due_ns.max(entry.valid_ns)).max().unwrap_or(0);
+        let pass_ns = end_ns.saturating_add(self.length_ns / self.entries.len().max(1) as u64);
+        let at_rate = |time_ns: u64| {
+            if playback.rate() == 1.0 { time_ns } else { (time_ns as f64 / playback.rate()) as u64 }
+        };
+        let entries = (0..passes as u64).flat_map(|pass| {
+            let begin_ns = pass.saturating_mul(pass_ns);
+            self.entries.iter().map(move |entry| Entry {
+                due_ns: at_rate(begin_ns.saturating_add(entry.due_ns)),
+                valid_ns: at_rate(begin_ns.saturating_add(entry.valid_ns)),
+                source_ns: entry.source_ns.saturating_add(begin_ns),
+                content: entry.content,
+            })
+        });
+        let mut playlist = Self { entries: entries.collect(), ..self.clone() };
+        playlist.note_frames_and_length();
+        Some(playlist)
     }
 
     pub(super) fn robot_states(&self) -> u64 {

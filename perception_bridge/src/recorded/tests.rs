@@ -432,3 +432,83 @@ fn clearance_between_frames_is_that_of_people_who_walk_on() {
     assert!((status.min_clearance_m + 0.65).abs() < 1e-9, "{status:?}");
     assert_eq!(status.collisions, 1);
 }
+
+/// Ten robot states and ten frames in one second.
+fn one_second() -> Vec<RecordedMessage> {
+    let mut messages: Vec<_> = (0..10)
+        .flat_map(|step| {
+            let at_ns = step * 100 * MS;
+            [odometry("odom", at_ns, step as f64 * 0.05), people("odom", at_ns, &[[3.0, 0.1 * step as f64]])]
+        })
+        .collect();
+    messages.sort_by_key(|message| message.log_time_ns);
+    messages
+}
+
+/// Plays [`one_second`] and returns what came, without the goals, each with its time of validity since the beginning, ns.
+fn played(rate: f64, passes: u32) -> (McapSource, Vec<(u64, BridgeEvent)>) {
+    let playback = Playback::new(rate, passes).expect("a useful rate");
+    let mut source = source(&settings(), &one_second(), false).played(playback).expect("a short recording");
+    let mut found = events(&mut source, MS);
+    found.retain(|event| !matches!(event, BridgeEvent::Goal(_)));
+    let valid_ns = |event: &BridgeEvent| match event {
+        BridgeEvent::RobotState(message) => message.stamp.valid_at_ns - 50 * S,
+        BridgeEvent::Detections(message) => message.stamp.valid_at_ns - 50 * S,
+        BridgeEvent::Goal(message) => message.stamp.valid_at_ns - 50 * S,
+    };
+    (source, found.into_iter().map(|event| (valid_ns(&event), event)).collect())
+}
+
+#[test]
+fn a_rate_compresses_every_time_and_loses_no_message() {
+    let (slow, as_recorded) = played(1.0, 1);
+    let (fast, hurried) = played(4.0, 1);
+    assert_eq!((as_recorded.len(), hurried.len()), (20, 20));
+    assert_eq!(fast.length_ns(), slow.length_ns() / 4);
+    for ((slow_ns, _), (fast_ns, _)) in as_recorded.iter().zip(&hurried) {
+        assert_eq!(slow_ns / 4, *fast_ns);
+    }
+    // What is measured stays as it was recorded, the robot's velocity included.
+    for (_, event) in &hurried {
+        if let BridgeEvent::RobotState(state) = event {
+            assert_eq!(state.velocity_in_base_mps, [1.0, 0.0]);
+        }
+    }
+}
+
+#[test]
+fn passes_follow_each_other_as_one_recording() {
+    let (once, first) = played(2.0, 1);
+    let (thrice, found) = played(2.0, 3);
+    assert_eq!(found.len(), 3 * first.len());
+    assert!(found.is_sorted_by_key(|(valid_ns, _)| *valid_ns));
+    assert!(thrice.length_ns() > 3 * once.length_ns());
+    assert_eq!(thrice.status(60 * S).finished, 1);
+    let sequences = found.iter().filter_map(|(_, event)| match event {
+        BridgeEvent::Detections(frame) => Some((frame.stamp.sequence, frame.stamp.source_ns)),
+        BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) => None,
+    });
+    let (counted, sensor_ns): (Vec<u64>, Vec<u64>) = sequences.unzip();
+    assert_eq!(counted, (1..=30).collect::<Vec<_>>());
+    assert!(sensor_ns.is_sorted(), "the sensor's clock runs on");
+    // The same place again, one pass later.
+    let of_pass = |pass: usize| &found[pass * first.len()..][..first.len()];
+    for ((_, before), (_, after)) in of_pass(0).iter().zip(of_pass(2)) {
+        match (before, after) {
+            (BridgeEvent::RobotState(before), BridgeEvent::RobotState(after)) => {
+                assert_eq!(before.position_in_odom_m, after.position_in_odom_m);
+            }
+            (BridgeEvent::Detections(before), BridgeEvent::Detections(after)) => {
+                assert_eq!(before.items[0], after.items[0]);
+            }
+            pair => panic!("another order in another pass: {pair:?}"),
+        }
+    }
+}
+
+#[test]
+fn passes_that_fit_no_memory_are_refused() {
+    let playback = Playback::new(1.0, u32::MAX).expect("any number of passes");
+    let refused = source(&settings(), &one_second(), false).played(playback).err().expect("too long");
+    assert!(refused.to_string().contains("shorter time"), "{refused}");
+}
