@@ -63,6 +63,7 @@ mod node;
 mod pacer;
 mod pacing;
 mod publisher;
+pub mod realtime;
 mod services;
 mod shutdown;
 mod stillborn;
