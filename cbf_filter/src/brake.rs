@@ -51,19 +51,19 @@ impl Brake {
         }
     }
 
-    /// One period of braking along the present direction of motion: the control, and whether the robot stands with it.
-    pub(crate) fn step(&mut self, period_s: f64) -> ([f64; 2], bool) {
+    /// Braking for `elapsed_s` > 0 along the present direction of motion: the control, and whether the robot stands with it.
+    pub(crate) fn step(&mut self, elapsed_s: f64) -> ([f64; 2], bool) {
         let speed = self.velocity_mps[0].hypot(self.velocity_mps[1]);
         if speed <= STANDSTILL_MPS {
             self.velocity_mps = [0.0; 2];
             return ([0.0; 2], true);
         }
-        let slower = (speed - self.deceleration_mps2 * period_s).max(0.0);
+        let slower = (speed - self.deceleration_mps2 * elapsed_s).max(0.0);
         let [vx, vy] = self.velocity_mps;
         let next = [vx * slower / speed, vy * slower / speed];
         let control = match self.kind {
             ControlKind::Unicycle => next,
-            ControlKind::DoubleIntegrator => [(next[0] - vx) / period_s, (next[1] - vy) / period_s],
+            ControlKind::DoubleIntegrator => [(next[0] - vx) / elapsed_s, (next[1] - vy) / elapsed_s],
         };
         self.velocity_mps = next;
         (control, slower <= STANDSTILL_MPS)
@@ -90,11 +90,11 @@ mod tests {
         let mut brake = Brake::new(&quadrotor());
         let state = RobotState { velocity_in_base_mps: [0.6, -0.8], ..RobotState::zeroed() };
         brake.observe(&state);
-        let (mut velocity, period_s) = ([0.6, -0.8], 0.004);
+        let (mut velocity, elapsed_s) = ([0.6, -0.8], 0.004);
         for cycle in 0..1000 {
-            let (control, standing) = brake.step(period_s);
+            let (control, standing) = brake.step(elapsed_s);
             assert!(control[0].hypot(control[1]) <= 1.5 + 1e-9, "{control:?}");
-            velocity = [velocity[0] + control[0] * period_s, velocity[1] + control[1] * period_s];
+            velocity = [velocity[0] + control[0] * elapsed_s, velocity[1] + control[1] * elapsed_s];
             if standing {
                 assert!(velocity[0].hypot(velocity[1]) < 1e-9, "{velocity:?}");
                 // 1 m/s at 1.5 m/s² and 4 ms a cycle.

@@ -18,6 +18,9 @@ use crate::model::FilterSetupError;
 use crate::prediction::{self, Inflation};
 use crate::trust::{Limits, Trusted};
 
+/// Braking of one cycle counts at most this many periods: the command sink has braked by itself for longer silences.
+const MOST_BRAKED_PERIODS: f64 = 5.0;
+
 /// The newest message of each kind; `None` where none has arrived yet.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Inputs<'a> {
@@ -50,6 +53,7 @@ pub struct SafetyFilter {
     sensing_range_m: f64,
     period_s: f64,
     sequence: u64,
+    last_woke_ns: Option<u64>,
     newest_state_ns: u64,
     /// The obstacles of this cycle as the barrier wants them, and their identities.
     obstacles: Vec<BarrierObstacle>,
@@ -93,6 +97,7 @@ impl SafetyFilter {
             sensing_range_m: filter.sensing_range_m.unwrap_or(f64::INFINITY),
             period_s: filter.period_ms as f64 * 1e-3,
             sequence: 0,
+            last_woke_ns: None,
             newest_state_ns: 0,
             obstacles: Vec::with_capacity(MAX_OBSTACLES),
             track_ids: Vec::with_capacity(MAX_OBSTACLES),
@@ -112,6 +117,7 @@ impl SafetyFilter {
     /// With anything less it brakes, and [`SafeCommand::reason`] says why. Allocates nothing.
     pub fn step(&mut self, inputs: &Inputs<'_>, tick: Tick) -> SafeCommand {
         self.sequence += 1;
+        let elapsed_s = self.elapsed_s(tick.woke_ns);
         let mut command = self.blank(inputs, tick);
         let outcome = self.limits.check(inputs, self.control_kind, tick.woke_ns).and_then(|trusted| {
             self.in_order(trusted.robot_state)?;
@@ -122,7 +128,7 @@ impl SafetyFilter {
                 self.brake.note(trusted.robot_state, correction.solution.u);
                 self.fill(&mut command, &correction, &trusted);
             }
-            Err(reason) => self.fall_back(&mut command, reason, inputs),
+            Err(reason) => self.fall_back(&mut command, reason, inputs, elapsed_s),
         }
         command
     }
@@ -221,15 +227,22 @@ impl SafetyFilter {
         command.critical_h_m = self.barrier.values()[constraint.critical].h_bar;
     }
 
+    /// Time since the last cycle, s: what braking goes by. A clock that stood still or jumped does not count.
+    fn elapsed_s(&mut self, woke_ns: u64) -> f64 {
+        let last_ns = self.last_woke_ns.replace(woke_ns);
+        let elapsed_ns = last_ns.and_then(|last_ns| woke_ns.checked_sub(last_ns)).filter(|&ns| ns > 0);
+        elapsed_ns.map_or(self.period_s, |ns| (ns as f64 * 1e-9).min(MOST_BRAKED_PERIODS * self.period_s))
+    }
+
     /// The rung below: brake, whatever is missing.
-    fn fall_back(&mut self, command: &mut SafeCommand, reason: Reason, inputs: &Inputs<'_>) {
+    fn fall_back(&mut self, command: &mut SafeCommand, reason: Reason, inputs: &Inputs<'_>, elapsed_s: f64) {
         if let Some(state) = inputs.robot_state.filter(|state| state.is_finite()) {
             let now_ns = command.ledger.filter_woke_ns;
             if self.limits.is_fresh(state, now_ns) {
                 self.brake.observe(state);
             }
         }
-        let (control, standing) = self.brake.step(self.period_s);
+        let (control, standing) = self.brake.step(elapsed_s);
         command.control = control;
         command.status = if standing { SafetyStatus::Stopped } else { rung(reason) }.code();
         command.reason = reason.code();

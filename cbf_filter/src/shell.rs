@@ -4,8 +4,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use messages::{NominalCommand, Obstacles, ProcessId, Reason, RobotState, SafeCommand, SafetyStatus};
-use node_runtime::{Clock, CyclicTimer, HealthReporter, Node, RealClock, Shutdown};
-use settings::Settings;
+use node_runtime::{
+    Clock, HealthReporter, Node, Pacing, ProcessLoop, Publisher, RealClock, Shutdown, Subscriber, Tick,
+    UsageMeter, Waker, Work,
+};
+use settings::{FilterSettings, FilterTrigger, Settings};
 
 use crate::{Inputs, SafetyFilter, load_model};
 
@@ -14,41 +17,102 @@ use crate::{Inputs, SafetyFilter, load_model};
 /// # Errors
 /// If the model cannot be used or a port cannot be opened; never once the loop runs.
 pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
-    let model = load_model(&settings.filter.model)?;
-    let mut filter = SafetyFilter::new(settings, &model)?;
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Filter)?;
-    let mut robot_states = node.subscriber::<RobotState>().context("robot states")?;
-    let mut obstacle_lists = node.subscriber::<Obstacles>().context("obstacles")?;
-    let mut nominal_commands = node.subscriber::<NominalCommand>().context("nominal commands")?;
-    let safe_commands = node.publisher::<SafeCommand>().context("safe commands")?;
-    let sink = node.waker(ProcessId::Bridge).context("the command sink's wake-up")?;
-    let mut health = HealthReporter::new(&node)?;
+    let mut process = FilterProcess::open(settings, &node)?;
+    let pacing = pacing(&settings.filter, RealClock.now_ns());
+    let wake_up = match settings.filter.trigger {
+        FilterTrigger::Timer => None,
+        FilterTrigger::Event | FilterTrigger::Both => Some(node.wake_up().context("the filter's wake-up")?),
+    };
+    let filter = &process.filter;
     tracing::info!(kernel = %filter.kernel(), period_ms = settings.filter.period_ms, "filter runs");
+    ProcessLoop::new(&node)?.run(
+        &mut process,
+        pacing,
+        wake_up,
+        settings.realtime.as_ref().and_then(|realtime| realtime.filter.as_ref()),
+        &shutdown,
+    );
+    Ok(())
+}
 
-    let (mut robot_state, mut obstacles, mut nominal) = (None, None, None);
-    let mut timer = CyclicTimer::new(RealClock, Duration::from_millis(settings.filter.period_ms));
-    while !shutdown.requested() {
-        let tick = timer.wait();
-        robot_state = robot_states.newest().or(robot_state);
-        obstacles = obstacle_lists.newest().or(obstacles);
-        nominal = nominal_commands.newest().or(nominal);
+/// When cycles begin for `settings`, the first one at `first_due_ns`.
+pub fn pacing(settings: &FilterSettings, first_due_ns: u64) -> Pacing {
+    let period = Duration::from_millis(settings.period_ms);
+    match settings.trigger {
+        FilterTrigger::Timer => Pacing::timer(first_due_ns, period),
+        FilterTrigger::Event => Pacing::event(first_due_ns, period),
+        FilterTrigger::Both => Pacing::both(first_due_ns, period),
+    }
+}
+
+/// The filter with its ports.
+pub struct FilterProcess {
+    filter: SafetyFilter,
+    robot_states: Subscriber<RobotState>,
+    obstacle_lists: Subscriber<Obstacles>,
+    nominal_commands: Subscriber<NominalCommand>,
+    safe_commands: Publisher<SafeCommand>,
+    sink: Waker,
+    usage: UsageMeter,
+    robot_state: Option<RobotState>,
+    obstacles: Option<Obstacles>,
+    nominal: Option<NominalCommand>,
+}
+
+impl FilterProcess {
+    /// Loads the model and opens the ports on `node`.
+    ///
+    /// # Errors
+    /// If the model cannot be used or a port cannot be opened.
+    pub fn open(settings: &Settings, node: &Node) -> anyhow::Result<Self> {
+        let model = load_model(&settings.filter.model)?;
+        Ok(Self {
+            filter: SafetyFilter::new(settings, &model)?,
+            robot_states: node.subscriber().context("robot states")?,
+            obstacle_lists: node.subscriber().context("obstacles")?,
+            nominal_commands: node.subscriber().context("nominal commands")?,
+            safe_commands: node.publisher().context("safe commands")?,
+            sink: node.waker(ProcessId::Bridge).context("the command sink's wake-up")?,
+            usage: UsageMeter::new(),
+            robot_state: None,
+            obstacles: None,
+            nominal: None,
+        })
+    }
+
+    /// Completes the ledger with what only this side of the step knows.
+    fn complete(&mut self, command: &mut SafeCommand) {
+        let ledger = &mut command.ledger;
+        ledger.filter_computed_ns = RealClock.now_ns();
+        let usage = self.usage.since_last();
+        ledger.minor_faults = usage.minor_faults;
+        ledger.major_faults = usage.major_faults;
+        ledger.voluntary_switches = usage.voluntary_switches;
+        ledger.involuntary_switches = usage.involuntary_switches;
+        ledger.filter_published_ns = RealClock.now_ns();
+    }
+}
+
+impl Work for FilterProcess {
+    fn cycle(&mut self, tick: &Tick, health: &mut HealthReporter) {
+        self.robot_state = self.robot_states.newest().or(self.robot_state);
+        self.obstacles = self.obstacle_lists.newest().or(self.obstacles);
+        self.nominal = self.nominal_commands.newest().or(self.nominal);
         let inputs = Inputs {
-            robot_state: robot_state.as_ref(),
-            obstacles: obstacles.as_ref(),
-            nominal: nominal.as_ref(),
+            robot_state: self.robot_state.as_ref(),
+            obstacles: self.obstacles.as_ref(),
+            nominal: self.nominal.as_ref(),
         };
-        let mut command = filter.step(&inputs, tick);
-        command.ledger.filter_published_ns = RealClock.now_ns();
-        if safe_commands.send(&command).is_err() {
+        let mut command = self.filter.step(&inputs, *tick);
+        self.complete(&mut command);
+        if self.safe_commands.send(&command).is_err() {
             health.error(Reason::PortFailed);
         }
-        sink.wake();
-        count(&command, &mut health);
-        health.cycle(&tick);
-        health.report(tick.woke_ns);
+        self.sink.wake();
+        count(&command, health);
     }
-    Ok(())
 }
 
 /// Counts a cycle whose inputs could not be used.

@@ -4,10 +4,13 @@ use std::time::Duration;
 
 use anyhow::Context;
 use messages::{Goal, NominalCommand, ProcessId, Reason, RobotState};
-use node_runtime::{Clock, CyclicTimer, HealthReporter, Node, RealClock, Shutdown};
+use node_runtime::{
+    Clock, HealthReporter, Node, Notices, Pacing, ProcessLoop, Publisher, RealClock, Shutdown, Subscriber,
+    Tick, Work,
+};
 use settings::Settings;
 
-use crate::{Inputs, NominalController, Silence};
+use crate::{Inputs, NominalController};
 
 /// Runs the nominal controller of stack `instance` until told to stop.
 ///
@@ -16,58 +19,82 @@ use crate::{Inputs, NominalController, Silence};
 /// # Errors
 /// If the controller cannot be set up or a port cannot be opened; never once the loop runs.
 pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
-    let mut controller = NominalController::new(settings)?;
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Nominal)?;
-    let mut robot_states = node.subscriber::<RobotState>().context("robot states")?;
-    let mut goals = node.subscriber::<Goal>().context("goals")?;
-    let commands = node.publisher::<NominalCommand>().context("nominal commands")?;
-    let mut health = HealthReporter::new(&node)?;
+    let mut process = NominalProcess::open(settings, &node)?;
     let period_ms = settings.nominal.period_ms;
-    tracing::info!(controller = %controller.controller(), period_ms, "nominal controller runs");
-
-    let (mut robot_state, mut received_ns, mut goal) = (None, 0, None);
-    let mut last_silence = None;
-    let mut timer = CyclicTimer::new(RealClock, Duration::from_millis(period_ms));
-    while !shutdown.requested() {
-        let tick = timer.wait();
-        if let Some(newer) = robot_states.newest() {
-            (robot_state, received_ns) = (Some(newer), tick.woke_ns);
-        }
-        goal = goals.newest().or(goal);
-        let inputs = Inputs {
-            robot_state: robot_state.as_ref(),
-            robot_state_received_ns: received_ns,
-            goal: goal.as_ref(),
-        };
-        let silence = match controller.step(&inputs, tick.woke_ns) {
-            Ok(mut command) => {
-                command.stamp.published_ns = RealClock.now_ns();
-                if commands.send(&command).is_err() {
-                    health.error(Reason::PortFailed);
-                }
-                health.accepted(1);
-                None
-            }
-            Err(silence) => {
-                health.refused(silence.reason());
-                Some(silence)
-            }
-        };
-        tell_of_change(last_silence, silence);
-        last_silence = silence;
-        health.cycle(&tick);
-        health.report(tick.woke_ns);
-    }
-    health.report_now(RealClock.now_ns());
+    tracing::info!(controller = %process.controller.controller(), period_ms, "nominal controller runs");
+    let period = Duration::from_millis(period_ms);
+    let pacing = Pacing::timer(RealClock.now_ns() + period_ms * 1_000_000, period);
+    ProcessLoop::new(&node)?.run(
+        &mut process,
+        pacing,
+        None,
+        settings.realtime.as_ref().and_then(|realtime| realtime.nominal.as_ref()),
+        &shutdown,
+    );
     Ok(())
 }
 
-/// Logs once when silence begins, changes its reason, or ends.
-fn tell_of_change(before: Option<Silence>, now: Option<Silence>) {
-    match (before, now) {
-        (before, now) if before == now => {}
-        (_, Some(reason)) => tracing::warn!(%reason, "no nominal command"),
-        (_, None) => tracing::info!("nominal commands flow again"),
+/// The nominal controller with its ports.
+pub struct NominalProcess {
+    controller: NominalController,
+    robot_states: Subscriber<RobotState>,
+    goals: Subscriber<Goal>,
+    commands: Publisher<NominalCommand>,
+    notices: Notices,
+    robot_state: Option<RobotState>,
+    /// When `robot_state` was taken, stack clock, ns.
+    received_ns: u64,
+    goal: Option<Goal>,
+}
+
+impl NominalProcess {
+    /// Sets up the controller and opens the ports on `node`.
+    ///
+    /// # Errors
+    /// If the controller cannot be set up or a port cannot be opened.
+    pub fn open(settings: &Settings, node: &Node) -> anyhow::Result<Self> {
+        Ok(Self {
+            controller: NominalController::new(settings)?,
+            robot_states: node.subscriber().context("robot states")?,
+            goals: node.subscriber().context("goals")?,
+            commands: node.publisher().context("nominal commands")?,
+            notices: Notices::start(|reason| match reason {
+                Reason::None => tracing::info!("nominal commands flow again"),
+                reason => tracing::warn!(%reason, "no nominal command"),
+            }),
+            robot_state: None,
+            received_ns: 0,
+            goal: None,
+        })
+    }
+}
+
+impl Work for NominalProcess {
+    fn cycle(&mut self, tick: &Tick, health: &mut HealthReporter) {
+        if let Some(newer) = self.robot_states.newest() {
+            (self.robot_state, self.received_ns) = (Some(newer), tick.woke_ns);
+        }
+        self.goal = self.goals.newest().or(self.goal);
+        let inputs = Inputs {
+            robot_state: self.robot_state.as_ref(),
+            robot_state_received_ns: self.received_ns,
+            goal: self.goal.as_ref(),
+        };
+        match self.controller.step(&inputs, tick.woke_ns) {
+            Ok(mut command) => {
+                command.stamp.published_ns = RealClock.now_ns();
+                if self.commands.send(&command).is_err() {
+                    health.error(Reason::PortFailed);
+                }
+                health.accepted(1);
+                self.notices.post(Reason::None);
+            }
+            Err(silence) => {
+                health.refused(silence.reason());
+                self.notices.post(silence.reason());
+            }
+        }
     }
 }

@@ -4,80 +4,79 @@ use std::time::Duration;
 
 use anyhow::Context;
 use messages::{Detections, Goal, ProcessId, Reason, RobotState, SafeCommand, SourceStatus};
-use node_runtime::{Clock, HealthReporter, Node, Publisher, RealClock, Shutdown, WakeUp};
+use node_runtime::{
+    Clock, HealthReporter, Node, Notices, Pacing, ProcessLoop, Publisher, RealClock, Shutdown, Subscriber,
+    Tick, Waker, Work,
+};
 use settings::Settings;
 
 use crate::command_sink::SinkState;
-use crate::source::{BridgeEvent, open_source};
+use crate::source::{BridgeEvent, Source, open_source};
 
 /// How often the source's status is published, ns.
 const STATUS_PERIOD_NS: u64 = 100_000_000;
 /// Longest sleep, so that a wish to stop is heard.
-const LONGEST_WAIT_NS: u64 = 50_000_000;
+const LONGEST_WAIT: Duration = Duration::from_millis(50);
 
 pub use crate::source::SourceChoice;
 
 /// Runs the bridge of stack `instance` until told to stop. A source that has ended keeps saying so.
+///
+/// It wakes when its source has something due, and at once when a command arrives.
 ///
 /// # Errors
 /// If the source cannot be opened or a port not be opened; never once the loop runs.
 pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow::Result<()> {
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Bridge)?;
-    let mut source = open_source(settings, choice)?;
-    let mut commands = node.subscriber::<SafeCommand>().context("safe commands")?;
-    let mut ports = Ports::open(&node)?;
-    let mut status_due_ns = 0;
-    let mut braking = None;
-    while !shutdown.requested() {
-        let woke_ns = RealClock.now_ns();
-        if let Some(command) = commands.newest() {
-            source.command(&command, woke_ns);
-        }
-        // The time stands still in this loop, so that a source slower than the clock cannot keep it busy for ever.
-        while let Some(event) = source.poll(woke_ns) {
-            ports.publish(&event);
-        }
-        braking = ports.complain(braking, source.sink_state());
-        if woke_ns >= status_due_ns {
-            status_due_ns = woke_ns + STATUS_PERIOD_NS;
-            ports.publish_status(&source.status(woke_ns));
-            ports.serve_late_joiners();
-        }
-        ports.health.woken_cycle();
-        ports.health.report(woke_ns);
-        let now_ns = RealClock.now_ns();
-        let due_ns = source.next_due_ns().unwrap_or(u64::MAX).min(now_ns + LONGEST_WAIT_NS);
-        // Returns early when a command arrives.
-        ports.wake_up.wait(Duration::from_nanos(due_ns.saturating_sub(now_ns)));
-    }
+    let source = open_source(settings, choice)?;
+    let mut process = BridgeProcess::open(source, &node)?;
+    let wake_up = node.wake_up().context("the bridge's wake-up")?;
+    let pacing = Pacing::event(RealClock.now_ns(), LONGEST_WAIT);
+    let realtime = settings.realtime.as_ref().and_then(|realtime| realtime.bridge.as_ref());
+    ProcessLoop::new(&node)?.run(&mut process, pacing, Some(wake_up), realtime, &shutdown);
     Ok(())
 }
 
-struct Ports {
+/// The bridge with its source and ports.
+pub struct BridgeProcess {
+    source: Box<dyn Source>,
+    commands: Subscriber<SafeCommand>,
     robot_states: Publisher<RobotState>,
     detections: Publisher<Detections>,
     goals: Publisher<Goal>,
     status: Publisher<SourceStatus>,
-    estimator: node_runtime::Waker,
-    wake_up: WakeUp,
-    health: HealthReporter,
+    estimator: Waker,
+    notices: Notices,
+    status_due_ns: u64,
+    /// Why the command sink brakes by itself; [`Reason::None`] while it does not.
+    braking: Reason,
 }
 
-impl Ports {
-    fn open(node: &Node) -> anyhow::Result<Self> {
+impl BridgeProcess {
+    /// Opens the ports on `node` for what `source` gives.
+    ///
+    /// # Errors
+    /// If one of them cannot be opened.
+    pub fn open(source: Box<dyn Source>, node: &Node) -> anyhow::Result<Self> {
         Ok(Self {
+            source,
+            commands: node.subscriber().context("safe commands")?,
             robot_states: node.publisher().context("robot states")?,
             detections: node.publisher().context("detections")?,
             goals: node.publisher().context("goals")?,
             status: node.publisher().context("source status")?,
             estimator: node.waker(ProcessId::Estimator).context("the estimator's wake-up")?,
-            wake_up: node.wake_up().context("the bridge's wake-up")?,
-            health: HealthReporter::new(node)?,
+            notices: Notices::start(|reason| match reason {
+                Reason::None => tracing::info!("the command sink follows the filter again"),
+                reason => tracing::warn!(%reason, "the command sink brakes by itself"),
+            }),
+            status_due_ns: 0,
+            braking: Reason::None,
         })
     }
 
-    fn publish(&mut self, event: &BridgeEvent) {
+    fn publish(&mut self, event: &BridgeEvent, health: &mut HealthReporter) {
         let published_ns = RealClock.now_ns();
         let sent = match event {
             BridgeEvent::RobotState(message) => {
@@ -99,34 +98,51 @@ impl Ports {
             }
         };
         match sent {
-            Ok(()) => self.health.accepted(1),
-            Err(_) => self.health.error(Reason::PortFailed),
+            Ok(()) => health.accepted(1),
+            Err(_) => health.error(Reason::PortFailed),
         }
     }
 
-    /// Counts each time that the command sink begins to brake by itself, and returns why it does now.
-    fn complain(&mut self, before: Option<Reason>, sink: Option<SinkState>) -> Option<Reason> {
-        let now = match sink {
-            Some(SinkState::Braking(reason)) => Some(reason),
-            Some(SinkState::Waiting | SinkState::Following) | None => None,
+    /// Counts each time that the command sink begins to brake by itself, and posts what it does.
+    fn watch_sink(&mut self, health: &mut HealthReporter) {
+        let braking = match self.source.sink_state() {
+            Some(SinkState::Braking(reason)) => reason,
+            Some(SinkState::Waiting | SinkState::Following) | None => Reason::None,
         };
-        if let (Some(reason), true) = (now, now != before) {
-            tracing::warn!(%reason, "the command sink brakes by itself");
-            self.health.error(reason);
+        if braking != self.braking && braking != Reason::None {
+            health.error(braking);
         }
-        now
+        self.notices.post(braking);
+        self.braking = braking;
     }
 
-    /// Hands the goal, which is sent rarely, to a nominal controller that has just been started.
-    fn serve_late_joiners(&mut self) {
-        if self.goals.serve_late_joiners().is_err() {
-            self.health.error(Reason::PortFailed);
+    /// Tells how far the source is, and hands the goal, which is sent rarely, to a nominal controller that has just started.
+    fn report(&mut self, now_ns: u64, health: &mut HealthReporter) {
+        let sent = self.status.send(&self.source.status(now_ns));
+        if sent.and(self.goals.serve_late_joiners()).is_err() {
+            health.error(Reason::PortFailed);
+        }
+    }
+}
+
+impl Work for BridgeProcess {
+    fn cycle(&mut self, tick: &Tick, health: &mut HealthReporter) {
+        let now_ns = tick.woke_ns;
+        if let Some(command) = self.commands.newest() {
+            self.source.command(&command, now_ns);
+        }
+        // The time stands still in this loop, so that a source slower than the clock cannot keep it busy for ever.
+        while let Some(event) = self.source.poll(now_ns) {
+            self.publish(&event, health);
+        }
+        self.watch_sink(health);
+        if now_ns >= self.status_due_ns {
+            self.status_due_ns = now_ns + STATUS_PERIOD_NS;
+            self.report(now_ns, health);
         }
     }
 
-    fn publish_status(&mut self, status: &SourceStatus) {
-        if self.status.send(status).is_err() {
-            self.health.error(Reason::PortFailed);
-        }
+    fn next_due_ns(&self) -> Option<u64> {
+        self.source.next_due_ns()
     }
 }

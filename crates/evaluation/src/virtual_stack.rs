@@ -3,7 +3,7 @@
 use barrier::{Kernel, Model};
 use cbf_filter::{FilterSetupError, SafetyFilter};
 use messages::{Goal, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus};
-use node_runtime::Tick;
+use node_runtime::{Pacing, Tick};
 use nominal_mpc::{NominalController, NominalSetupError};
 use obstacle_estimator::Estimator;
 use perception_bridge::{BridgeEvent, Source};
@@ -37,10 +37,11 @@ pub struct VirtualStack {
     filter: SafetyFilter,
     heartbeat_ns: u64,
     nominal_period_ns: u64,
-    filter_period_ns: u64,
     heartbeat_due_ns: u64,
     nominal_due_ns: u64,
-    filter_due_ns: u64,
+    filter_pacing: Pacing,
+    /// When the newest filter cycle ran, ns.
+    filter_ran_ns: u64,
     robot_state: Option<RobotState>,
     goal: Option<Goal>,
     obstacles: Option<Obstacles>,
@@ -60,10 +61,10 @@ impl VirtualStack {
             filter: SafetyFilter::new(settings, model)?,
             heartbeat_ns: settings.estimator.heartbeat_ms * NS_PER_MS,
             nominal_period_ns: settings.nominal.period_ms * NS_PER_MS,
-            filter_period_ns: settings.filter.period_ms * NS_PER_MS,
             heartbeat_due_ns: START_NS,
             nominal_due_ns: START_NS,
-            filter_due_ns: START_NS,
+            filter_pacing: cbf_filter::shell::pacing(&settings.filter, START_NS),
+            filter_ran_ns: START_NS,
             robot_state: None,
             goal: None,
             obstacles: None,
@@ -81,19 +82,19 @@ impl VirtualStack {
                 .max(START_NS)
                 .min(self.heartbeat_due_ns)
                 .min(self.nominal_due_ns)
-                .min(self.filter_due_ns);
-            self.bridge(now_ns, observe);
+                .min(self.filter_pacing.next_due_ns());
+            let new_obstacles = self.bridge(now_ns, observe);
             self.heartbeat(now_ns, observe);
             self.nominal(now_ns, observe);
-            if now_ns == self.filter_due_ns {
-                return Some(self.filter(now_ns, observe));
+            if let Some(tick) = self.filter_pacing.begin(now_ns, new_obstacles) {
+                return Some(self.filter(tick, observe));
             }
         }
     }
 
     /// Progress and truth, as the source knows them at the last filter cycle.
     pub fn status(&self) -> SourceStatus {
-        self.source.status(self.filter_due_ns - self.filter_period_ns)
+        self.source.status(self.filter_ran_ns)
     }
 
     /// Evaluation kernel of the filter.
@@ -101,7 +102,9 @@ impl VirtualStack {
         self.filter.kernel()
     }
 
-    fn bridge(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) {
+    /// Hands on what the source gives. Returns whether there were new obstacles among it.
+    fn bridge(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) -> bool {
+        let mut new_obstacles = false;
         while let Some(event) = self.source.poll(now_ns) {
             match event {
                 BridgeEvent::RobotState(mut state) => {
@@ -114,6 +117,7 @@ impl VirtualStack {
                     observe(now_ns, frame.into());
                     let obstacles = *self.estimator.step(&frame, now_ns);
                     self.publish(obstacles, now_ns, observe);
+                    new_obstacles = true;
                 }
                 BridgeEvent::Goal(mut goal) => {
                     goal.stamp.published_ns = now_ns;
@@ -122,6 +126,7 @@ impl VirtualStack {
                 }
             }
         }
+        new_obstacles
     }
 
     fn heartbeat(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) {
@@ -155,14 +160,15 @@ impl VirtualStack {
         }
     }
 
-    fn filter(&mut self, now_ns: u64, observe: &mut dyn FnMut(u64, WireMessage)) -> SafeCommand {
-        self.filter_due_ns += self.filter_period_ns;
+    fn filter(&mut self, tick: Tick, observe: &mut dyn FnMut(u64, WireMessage)) -> SafeCommand {
+        let now_ns = tick.woke_ns;
+        self.filter_ran_ns = now_ns;
         let inputs = cbf_filter::Inputs {
             robot_state: self.robot_state.as_ref(),
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal_command.as_ref(),
         };
-        let mut command = self.filter.step(&inputs, Tick::timer(now_ns, now_ns));
+        let mut command = self.filter.step(&inputs, tick);
         command.ledger.filter_computed_ns = now_ns;
         command.ledger.filter_published_ns = now_ns;
         self.source.command(&command, now_ns);

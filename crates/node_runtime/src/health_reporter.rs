@@ -23,16 +23,11 @@ impl HealthReporter {
         Ok(Self { publisher: node.publisher()?, counters: zeroed(node.process()) })
     }
 
-    /// Counts a cycle of a [`crate::CyclicTimer`], and the due times it skipped as missed deadlines.
+    /// Counts a cycle, and the due times it skipped as missed deadlines. One that an input began cannot be late.
     pub fn cycle(&mut self, tick: &Tick) {
         self.counters.cycles += 1;
         self.counters.missed_deadlines += tick.skipped;
         self.counters.max_lateness_ns = self.counters.max_lateness_ns.max(tick.lateness_ns());
-    }
-
-    /// Counts a cycle of a process that its inputs drive and that hence cannot be late.
-    pub fn woken_cycle(&mut self) {
-        self.counters.cycles += 1;
     }
 
     /// Counts inputs that were used.

@@ -1,55 +1,60 @@
-//! What stands between a process' `step` function and the operating system: typed ports over iceoryx2, clocks, the
-//! cyclic timer, health, orderly shutdown, and removal of what crashed processes leave behind.
+//! What stands between a process' `step` function and the operating system: typed ports, clocks, the loop with its pacing and
+//! its rights, health, orderly shutdown, and removal of what crashed processes leave behind.
 //!
-//! This is the only crate that knows iceoryx2. It holds no physics, no decision about the robot and no scheduling
-//! class; a process decides with its own `step(inputs, now)`, which knows neither a clock nor a port.
+//! This is the only crate that knows iceoryx2. It holds no physics and no decision about the robot; a process decides with its
+//! own `step(inputs, now)`, which knows neither a clock nor a port.
 //!
 //! # Delivery
 //! Every service is *latest wins*: a full queue drops its oldest entry, a sender never waits, and whoever subscribes late
-//! is handed the last sample at the next sending (or [`Publisher::serve_late_joiners`]). Publishers and subscribers may start in any order. One process at a time may write a
-//! service (only [`messages::Health`] has many writers), so that two filters can never drive one robot; the place of a
-//! writer that was killed is free again as soon as its successor opens its [`Node`].
+//! is handed the last sample at the next sending (or [`Publisher::serve_late_joiners`]). Publishers and subscribers may start in
+//! any order. One process at a time may write a service (only [`messages::Health`] and [`messages::Cycle`] have many writers), so
+//! that two filters can never drive one robot; the place of a writer that was killed is free again as soon as its successor opens
+//! its [`Node`].
+//!
+//! # The loop
+//! Every process runs the same [`ProcessLoop`]: its [`Pacing`] says when a cycle begins (due times, inputs, or both), its
+//! [`Work`] is done, and the cycle is counted in [`messages::Health`] and recorded as [`messages::Cycle`].
 //!
 //! # Allocation
-//! After construction, [`Subscriber::newest`], [`Subscriber::drain`], [`Waker::wake`], [`WakeUp::wait`], the timer and
-//! the clocks allocate nothing. [`Publisher::send`] causes one allocation inside iceoryx2 (the loan). The exception: the
-//! first call after a peer has come or gone sets up or takes down the connection. `tests/allocations.rs` counts.
+//! After construction, receiving, waking, waiting, the pacing and the clocks allocate nothing. [`Publisher::send`] causes one
+//! allocation inside iceoryx2 (the loan). The exception: the first call after a peer has come or gone sets up or takes down the
+//! connection. `tests/allocations.rs` counts.
 //!
 //! # A whole process
 //! ```no_run
 //! use std::time::Duration;
 //!
-//! use messages::{Obstacles, ProcessId, Reason, RobotState, SafeCommand};
-//! use node_runtime::{CyclicTimer, HealthReporter, Node, RealClock, Shutdown};
+//! use messages::{Goal, NominalCommand, ProcessId, Reason};
+//! use node_runtime::{
+//!     Clock, HealthReporter, Node, Pacing, ProcessLoop, Publisher, RealClock, Shutdown, Subscriber, Tick, Work,
+//! };
 //!
-//! # fn step(_: Option<&RobotState>, _: Option<&Obstacles>, _due_ns: u64, _woke_ns: u64) -> SafeCommand { loop {} }
+//! struct MyController {
+//!     goals: Subscriber<Goal>,
+//!     commands: Publisher<NominalCommand>,
+//! }
+//!
+//! # fn step(_: Option<Goal>, _now_ns: u64) -> NominalCommand { loop {} }
+//! impl Work for MyController {
+//!     fn cycle(&mut self, tick: &Tick, health: &mut HealthReporter) {
+//!         let command = step(self.goals.newest(), tick.woke_ns);
+//!         match self.commands.send(&command) {
+//!             Ok(()) => health.accepted(1),
+//!             Err(_) => health.error(Reason::PortFailed),
+//!         }
+//!     }
+//! }
+//!
 //! fn main() -> Result<(), Box<dyn std::error::Error>> {
 //!     let shutdown = Shutdown::install()?;
-//!     let node = Node::open("demo", ProcessId::Filter)?;
-//!     let mut robot_states = node.subscriber::<RobotState>()?;
-//!     let mut obstacles = node.subscriber::<Obstacles>()?;
-//!     let commands = node.publisher::<SafeCommand>()?;
-//!     let sink = node.waker(ProcessId::Bridge)?;
-//!     let mut health = HealthReporter::new(&node)?;
-//!
-//!     let (mut robot_state, mut around) = (None, None);
-//!     let mut timer = CyclicTimer::new(RealClock, Duration::from_millis(4));
-//!     while !shutdown.requested() {
-//!         let tick = timer.wait();
-//!         robot_state = robot_states.newest().or(robot_state);
-//!         around = obstacles.newest().or(around);
-//!         let command = step(robot_state.as_ref(), around.as_ref(), tick.due_ns, tick.woke_ns);
-//!         if commands.send(&command).is_err() {
-//!             health.error(Reason::PortFailed);
-//!         }
-//!         sink.wake();
-//!         health.cycle(&tick);
-//!         health.report(tick.woke_ns);
-//!     }
+//!     let node = Node::open("demo", ProcessId::Nominal)?;
+//!     let mut work = MyController { goals: node.subscriber()?, commands: node.publisher()? };
+//!     let pacing = Pacing::timer(RealClock.now_ns(), Duration::from_millis(50));
+//!     ProcessLoop::new(&node)?.run(&mut work, pacing, None, None, &shutdown);
 //!     Ok(())
 //! }
 //! ```
-//! A process that is driven by its inputs instead waits on [`Node::wake_up`]; its senders hold a [`Waker`] of it.
+//! A process that its inputs drive gives the loop [`Node::wake_up`]; its senders hold a [`Waker`] of it.
 
 mod clock;
 mod cycle_meter;
@@ -60,8 +65,10 @@ mod health_reporter;
 mod leftovers;
 mod logging;
 mod node;
+mod notices;
 mod pacer;
 mod pacing;
+mod process_loop;
 mod publisher;
 pub mod realtime;
 mod services;
@@ -79,8 +86,10 @@ pub use health_reporter::HealthReporter;
 pub use leftovers::{CleanUpError, Leftover, Member, ScopedDomain, clean_up, leftovers, members};
 pub use logging::start_logging;
 pub use node::{Node, NodeError};
+pub use notices::Notices;
 pub use pacer::{Pacer, Waiting};
 pub use pacing::Pacing;
+pub use process_loop::{ProcessLoop, Work};
 pub use publisher::{PortError, Publisher};
 pub use shutdown::{PARENT_PID_VARIABLE, Shutdown, ShutdownError};
 pub use subscriber::Subscriber;

@@ -47,9 +47,9 @@ impl Pacer {
         }
     }
 
-    /// As [`Self::wait`], with the cycle due at `due_ns` if no input begins it before.
+    /// As [`Self::wait`], with the cycle due no later than `due_ns`.
     pub fn wait_until(&mut self, due_ns: u64) -> Tick {
-        self.pacing.set_due(due_ns);
+        self.pacing.no_later_than(due_ns);
         self.wait()
     }
 
@@ -111,7 +111,8 @@ mod tests {
 
     #[test]
     fn a_due_time_set_from_outside_is_kept() {
-        let mut pacer = Pacer::new(Pacing::event(0, PERIOD), None, Waiting::Sleep { spin: Duration::ZERO });
+        let pacing = Pacing::event(RealClock.now_ns() + nanoseconds(PERIOD), PERIOD);
+        let mut pacer = Pacer::new(pacing, None, Waiting::Sleep { spin: Duration::ZERO });
         let due_ns = RealClock.now_ns() + 3_000_000;
         let tick = pacer.wait_until(due_ns);
         assert!(tick.due_ns == due_ns && tick.woke_ns >= due_ns);

@@ -74,9 +74,9 @@ impl Pacing {
         Some(tick)
     }
 
-    /// Sets when the next cycle is due, for a process whose work itself says when.
-    pub const fn set_due(&mut self, due_ns: u64) {
-        self.schedule.set_due(due_ns);
+    /// Has the next cycle due at `due_ns` if it were due later, for a process whose work itself says when.
+    pub fn no_later_than(&mut self, due_ns: u64) {
+        self.schedule.set_due(due_ns.min(self.schedule.next_due_ns()));
     }
 }
 
@@ -118,7 +118,10 @@ mod tests {
     #[test]
     fn work_that_says_when_it_is_due_is_begun_then() {
         let mut pacing = Pacing::event(1_000, PERIOD);
-        pacing.set_due(1_020);
+        pacing.no_later_than(1_020);
+        assert_eq!(pacing.next_due_ns(), 1_000);
+        assert!(pacing.begin(1_000, false).is_some());
+        pacing.no_later_than(1_020);
         assert_eq!(pacing.begin(1_010, false), None);
         assert_eq!(pacing.begin(1_030, false), Some(Tick::timer(1_020, 1_030)));
     }
