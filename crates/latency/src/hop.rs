@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 /// One measured stretch between two stamps of a [`Ledger`].
 ///
 /// The stretches of detections, robot states and nominal commands are counted once for each of these messages, in the
-/// first safe command that used it; those of the filter are counted in every cycle.
+/// first safe command that used it; those of the filter are counted in every cycle, lateness and period in those of its
+/// timer: a cycle that an input began has no due time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hop {
@@ -24,11 +25,13 @@ pub enum Hop {
     Nominal,
     /// Nominal command: published → a filter cycle began that used it first.
     NominalToFilter,
-    /// Filter: oldest due time not served → cycle began.
+    /// Filter: oldest due time not served → cycle of the timer began.
     FilterLateness,
-    /// Filter: cycle began → safe command handed over.
+    /// Filter: cycle began → safe command computed.
     FilterCompute,
-    /// Filter: beginning of one cycle → beginning of the next, where no command in between is missing.
+    /// Filter: safe command computed → handed over.
+    FilterHandOver,
+    /// Filter: one cycle of the timer began → the next one began, where no command in between is missing.
     FilterPeriod,
     /// Detections first seen by the bridge → first safe command that used them handed over.
     EndToEnd,
@@ -42,7 +45,7 @@ pub(crate) struct Stretch {
 
 impl Hop {
     /// Every hop, in the order of the path.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Bridge,
         Self::BridgeToEstimator,
         Self::Estimator,
@@ -52,6 +55,7 @@ impl Hop {
         Self::NominalToFilter,
         Self::FilterLateness,
         Self::FilterCompute,
+        Self::FilterHandOver,
         Self::FilterPeriod,
         Self::EndToEnd,
     ];
@@ -64,11 +68,29 @@ impl Hop {
     pub(crate) const OF_NOMINAL: [Self; 2] = [Self::Nominal, Self::NominalToFilter];
 
     /// The hops measured in every cycle from its own ledger.
-    pub(crate) const OF_CYCLE: [Self; 2] = [Self::FilterLateness, Self::FilterCompute];
+    pub(crate) const OF_CYCLE: [Self; 2] = [Self::FilterCompute, Self::FilterHandOver];
 
     /// Position in [`Hop::ALL`].
     pub(crate) const fn index(self) -> usize {
         self as usize
+    }
+
+    /// Name in files and budgets.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::Bridge => "bridge",
+            Self::BridgeToEstimator => "bridge_to_estimator",
+            Self::Estimator => "estimator",
+            Self::EstimatorToFilter => "estimator_to_filter",
+            Self::RobotStateToFilter => "robot_state_to_filter",
+            Self::Nominal => "nominal",
+            Self::NominalToFilter => "nominal_to_filter",
+            Self::FilterLateness => "filter_lateness",
+            Self::FilterCompute => "filter_compute",
+            Self::FilterHandOver => "filter_hand_over",
+            Self::FilterPeriod => "filter_period",
+            Self::EndToEnd => "end_to_end",
+        }
     }
 
     /// Name in tables and figures.
@@ -83,6 +105,7 @@ impl Hop {
             Self::NominalToFilter => "nominal > filter",
             Self::FilterLateness => "filter lateness",
             Self::FilterCompute => "filter compute",
+            Self::FilterHandOver => "filter hand-over",
             Self::FilterPeriod => "filter period",
             Self::EndToEnd => "end to end",
         }
@@ -98,14 +121,15 @@ impl Hop {
             Self::RobotStateToFilter => "robot state first seen to the first filter cycle that used it",
             Self::Nominal => "robot state taken by the controller to nominal command published",
             Self::NominalToFilter => "nominal command published to the first filter cycle that used it",
-            Self::FilterLateness => "filter cycle due (the oldest due time not served) to begun",
-            Self::FilterCompute => "filter cycle begun to command handed over",
-            Self::FilterPeriod => "one filter cycle begun to the next begun",
+            Self::FilterLateness => "filter cycle due (the oldest due time not served) to begun by the timer",
+            Self::FilterCompute => "filter cycle begun to command computed",
+            Self::FilterHandOver => "command computed to handed over",
+            Self::FilterPeriod => "one filter cycle of the timer begun to the next begun",
             Self::EndToEnd => "detections first seen to the first command that used them handed over",
         }
     }
 
-    /// The two stamps in `ledger`, or nothing where one of them was never set or the hop spans two commands.
+    /// The two stamps in `ledger`; nothing where one of them was never set, or where the ledger alone does not tell.
     pub(crate) fn stretch(self, ledger: &Ledger) -> Option<Stretch> {
         let (start_ns, end_ns) = match self {
             Self::Bridge => (ledger.detections_ingress_ns, ledger.detections_published_ns),
@@ -115,9 +139,9 @@ impl Hop {
             Self::RobotStateToFilter => (ledger.robot_state_ingress_ns, ledger.filter_woke_ns),
             Self::Nominal => (ledger.nominal_received_ns, ledger.nominal_published_ns),
             Self::NominalToFilter => (ledger.nominal_published_ns, ledger.filter_woke_ns),
-            Self::FilterLateness => (ledger.filter_due_ns, ledger.filter_woke_ns),
-            Self::FilterCompute => (ledger.filter_woke_ns, ledger.filter_published_ns),
-            Self::FilterPeriod => return None,
+            Self::FilterCompute => (ledger.filter_woke_ns, ledger.filter_computed_ns),
+            Self::FilterHandOver => (ledger.filter_computed_ns, ledger.filter_published_ns),
+            Self::FilterLateness | Self::FilterPeriod => return None,
             Self::EndToEnd => (ledger.detections_ingress_ns, ledger.filter_published_ns),
         };
         (start_ns != 0 && end_ns != 0).then_some(Stretch { start_ns, end_ns })

@@ -1,8 +1,8 @@
 //! From a stream of safe commands to one histogram per hop.
 
-use messages::SafeCommand;
+use messages::{Ledger, SafeCommand, Trigger};
 
-use crate::{Hop, QuantilePoint, Summary, histogram::HopHistogram, hop::Stretch};
+use crate::{Counts, Hop, HopSummary, Latencies, QuantilePoint, Summary, hop::Stretch};
 
 /// Why two recorders cannot become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -22,20 +22,18 @@ pub struct MergeError {
 #[derive(Debug, Clone)]
 pub struct Recorder {
     period_ns: u64,
-    hops: Vec<HopHistogram>,
-    cycles: u64,
-    deadline_misses: u64,
-    lost_commands: u64,
-    restarts: u64,
-    last: Last,
+    hops: Vec<Latencies>,
+    counts: Counts,
+    last: Option<Last>,
 }
 
-/// What tells a first use from a repeated one. Zero where nothing was seen.
-#[derive(Debug, Clone, Copy, Default)]
+/// What tells a first use from a repeated one. Times are zero where nothing was seen.
+#[derive(Debug, Clone, Copy)]
 struct Last {
     sequence: u64,
-    due_ns: u64,
     woke_ns: u64,
+    /// Beginning of the newest cycle of the timer; nothing where a command since is missing.
+    timer_woke_ns: Option<u64>,
     detections_ingress_ns: u64,
     robot_state_ingress_ns: u64,
     nominal_published_ns: u64,
@@ -44,15 +42,8 @@ struct Last {
 impl Recorder {
     /// An empty recorder for a filter that runs every `period_ns` ns.
     pub fn new(period_ns: u64) -> Self {
-        Self {
-            period_ns,
-            hops: Hop::ALL.iter().map(|_| HopHistogram::new()).collect(),
-            cycles: 0,
-            deadline_misses: 0,
-            lost_commands: 0,
-            restarts: 0,
-            last: Last::default(),
-        }
+        let hops = Hop::ALL.iter().map(|_| Latencies::new()).collect();
+        Self { period_ns, hops, counts: Counts::default(), last: None }
     }
 
     /// Takes every command of a finished run.
@@ -64,42 +55,56 @@ impl Recorder {
 
     /// Takes one command. The same command given twice in a row counts once.
     pub fn record(&mut self, command: &SafeCommand) {
-        if command.sequence == self.last.sequence
-            && command.ledger.filter_woke_ns == self.last.woke_ns
-            && self.cycles > 0
+        let ledger = &command.ledger;
+        let last = self.last;
+        if last.is_some_and(|last| last.sequence == command.sequence && last.woke_ns == ledger.filter_woke_ns)
         {
             return;
         }
-        self.follow_sequence(command);
-        let due_ns = command.ledger.filter_due_ns;
-        let mut command = *command;
-        command.ledger.filter_due_ns = self.oldest_due_ns(&command);
-        let command = &command;
-        let ledger = &command.ledger;
-        self.cycles += 1;
-        let skipped = (due_ns - ledger.filter_due_ns) / self.period_ns.max(1);
-        let late = ledger.filter_woke_ns.saturating_sub(ledger.filter_due_ns) > self.period_ns;
-        self.deadline_misses += skipped.max(u64::from(late && due_ns != 0));
+        let unbroken = self.follow_sequence(command.sequence);
+        self.counts.cycles += 1;
+        let before = last.filter(|_| unbroken).and_then(|last| last.timer_woke_ns);
+        let timer_woke_ns = match Trigger::try_from(ledger.filter_trigger) {
+            Ok(Trigger::Timer) => {
+                self.record_timer(ledger, before);
+                Some(ledger.filter_woke_ns)
+            }
+            Ok(Trigger::Event) => {
+                self.counts.event_cycles += 1;
+                before
+            }
+            // A newer filter's trigger: its due time may mean anything.
+            Err(_) => before,
+        };
 
-        self.record_hops(&Hop::OF_CYCLE, command);
-        if ledger.detections_ingress_ns != self.last.detections_ingress_ns {
-            self.record_hops(&Hop::OF_DETECTIONS, command);
+        self.record_hops(&Hop::OF_CYCLE, ledger);
+        if last.is_none_or(|last| ledger.detections_ingress_ns != last.detections_ingress_ns) {
+            self.record_hops(&Hop::OF_DETECTIONS, ledger);
         }
-        if ledger.robot_state_ingress_ns != self.last.robot_state_ingress_ns {
-            self.record_hops(&[Hop::RobotStateToFilter], command);
+        if last.is_none_or(|last| ledger.robot_state_ingress_ns != last.robot_state_ingress_ns) {
+            self.record_hops(&[Hop::RobotStateToFilter], ledger);
         }
-        if ledger.nominal_published_ns != self.last.nominal_published_ns {
-            self.record_hops(&Hop::OF_NOMINAL, command);
+        if last.is_none_or(|last| ledger.nominal_published_ns != last.nominal_published_ns) {
+            self.record_hops(&Hop::OF_NOMINAL, ledger);
         }
 
-        self.last = Last {
+        self.last = Some(Last {
             sequence: command.sequence,
-            due_ns,
             woke_ns: ledger.filter_woke_ns,
+            timer_woke_ns,
             detections_ingress_ns: ledger.detections_ingress_ns,
             robot_state_ingress_ns: ledger.robot_state_ingress_ns,
             nominal_published_ns: ledger.nominal_published_ns,
-        };
+        });
+    }
+
+    /// Gives the figures so far and forgets them, but not what tells a first use from a repeated one: what follows counts
+    /// as the rest of the same run.
+    pub fn take(&mut self) -> Summary {
+        let summary = self.summary();
+        self.hops.iter_mut().for_each(Latencies::clear);
+        self.counts = Counts::default();
+        summary
     }
 
     /// Adds everything `other` has seen, as if it were a run of its own.
@@ -111,62 +116,66 @@ impl Recorder {
             return Err(MergeError { ours_ns: self.period_ns, theirs_ns: other.period_ns });
         }
         self.hops.iter_mut().zip(&other.hops).for_each(|(ours, theirs)| ours.merge(theirs));
-        self.cycles += other.cycles;
-        self.deadline_misses += other.deadline_misses;
-        self.lost_commands += other.lost_commands;
-        self.restarts += other.restarts;
+        self.counts.add(&other.counts);
         Ok(())
     }
 
     /// The figures so far.
     pub fn summary(&self) -> Summary {
-        Summary {
-            period_ns: self.period_ns,
-            cycles: self.cycles,
-            deadline_misses: self.deadline_misses,
-            lost_commands: self.lost_commands,
-            restarts: self.restarts,
-            hops: Hop::ALL.iter().map(|&hop| self.hops[hop.index()].summary(hop)).collect(),
-        }
+        let of = |&hop: &Hop| HopSummary { hop, latency: self.hops[hop.index()].summary() };
+        Summary { period_ns: self.period_ns, counts: self.counts, hops: Hop::ALL.iter().map(of).collect() }
+    }
+
+    /// Cycles, misses, losses so far.
+    pub const fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// The lengths of one hop.
+    pub fn latencies(&self, hop: Hop) -> &Latencies {
+        &self.hops[hop.index()]
     }
 
     /// The percentile curve of one hop, from its smallest value to its largest; empty where nothing was measured.
     pub fn curve(&self, hop: Hop) -> Vec<QuantilePoint> {
-        self.hops[hop.index()].curve()
+        self.latencies(hop).curve()
     }
 
-    fn record_hops(&mut self, hops: &[Hop], command: &SafeCommand) {
+    fn record_hops(&mut self, hops: &[Hop], ledger: &Ledger) {
         for hop in hops {
-            if let Some(stretch) = hop.stretch(&command.ledger) {
+            if let Some(stretch) = hop.stretch(ledger) {
                 self.hops[hop.index()].record(&stretch);
             }
         }
     }
 
-    /// The oldest due time this cycle answers for, ns. A timer that wakes late by whole periods skips to its newest due
-    /// time; taking that one would hide exactly the longest delays (coordinated omission).
-    fn oldest_due_ns(&self, command: &SafeCommand) -> u64 {
-        let due_ns = command.ledger.filter_due_ns;
-        match command.sequence.checked_sub(self.last.sequence) {
-            Some(steps) if steps > 0 && self.last.due_ns != 0 => {
-                due_ns.min(self.last.due_ns.saturating_add(steps.saturating_mul(self.period_ns)))
-            }
-            Some(_) | None => due_ns,
+    /// Lateness, misses and period of a cycle that the timer began.
+    ///
+    /// A timer that wakes late by whole periods skips to its newest due time. Taking that one would hide exactly the
+    /// longest delays (coordinated omission), so that lateness counts from the oldest due time not served.
+    fn record_timer(&mut self, ledger: &Ledger, before_woke_ns: Option<u64>) {
+        let skipped = u64::from(ledger.filter_skipped);
+        let start_ns = ledger.filter_due_ns.saturating_sub(skipped.saturating_mul(self.period_ns));
+        let end_ns = ledger.filter_woke_ns;
+        if ledger.filter_due_ns != 0 {
+            self.hops[Hop::FilterLateness.index()].record(&Stretch { start_ns, end_ns });
+            let late = end_ns.saturating_sub(start_ns) > self.period_ns;
+            self.counts.skipped += skipped;
+            self.counts.deadline_misses += skipped.max(u64::from(late));
+        }
+        if let Some(start_ns) = before_woke_ns {
+            self.hops[Hop::FilterPeriod.index()].record(&Stretch { start_ns, end_ns });
         }
     }
 
-    /// A gap in the sequence is a loss, a fall is a restarted filter; a period is measured only without either.
-    fn follow_sequence(&mut self, command: &SafeCommand) {
-        if self.cycles == 0 {
-            return;
+    /// A gap in the sequence is a loss, a fall is a restarted filter. Returns whether there was neither.
+    const fn follow_sequence(&mut self, sequence: u64) -> bool {
+        let Some(last) = self.last else { return false };
+        match sequence.checked_sub(last.sequence) {
+            Some(1) => return true,
+            None | Some(0) => self.counts.restarts += 1,
+            Some(step) => self.counts.lost_commands += step - 1,
         }
-        match command.sequence.checked_sub(self.last.sequence) {
-            None | Some(0) => self.restarts += 1,
-            Some(1) => {
-                let stretch = Stretch { start_ns: self.last.woke_ns, end_ns: command.ledger.filter_woke_ns };
-                self.hops[Hop::FilterPeriod.index()].record(&stretch);
-            }
-            Some(step) => self.lost_commands += step - 1,
-        }
+        false
     }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt::Write as _;
 
-use latency::{Hop, Recorder};
+use latency::{Hop, LatencySummary, Recorder, Statistic};
 
 use crate::display::{number, or_unknown, percent};
 use crate::playback::playback_data;
@@ -12,7 +12,7 @@ use crate::theme::rung_role;
 use crate::{Outcome, PlotError, RunRecord, Rung, Verdict, ZeroLevel};
 
 const PAGE: &str = include_str!("assets/page.html");
-const STYLE: &str = include_str!("assets/style.css");
+pub(crate) const STYLE: &str = include_str!("assets/style.css");
 const SCRIPT: &str = include_str!("assets/playback.js");
 
 /// Why a page could not be made.
@@ -43,8 +43,9 @@ pub fn html(record: &RunRecord, zero_levels: &[ZeroLevel]) -> Result<String, Htm
         Hop::Nominal,
         Hop::NominalToFilter,
     ];
-    let latency_plots = figure(&latency_plot(&recorder, "Detections to command, by percentile", &path_hops)?)
-        + &figure(&latency_plot(&recorder, "Filter and its other inputs, by percentile", &filter_hops)?);
+    let named = |hops: [Hop; 5]| hops.map(|hop| (hop.label(), recorder.latencies(hop)));
+    let latency_plots = figure(&latency_plot("Detections to command, by percentile", &named(path_hops))?)
+        + &figure(&latency_plot("Filter and its other inputs, by percentile", &named(filter_hops))?);
     let data = playback_data(record, &spans, zero_levels).to_string().replace('<', "\\u003c");
 
     Ok(fill(PAGE, |name| match name {
@@ -67,7 +68,7 @@ pub fn html(record: &RunRecord, zero_levels: &[ZeroLevel]) -> Result<String, Htm
 }
 
 /// Replaces each `{{name}}` of `template` once. What is put in is not looked at again.
-fn fill(template: &str, mut value_of: impl FnMut(&str) -> String) -> String {
+pub(crate) fn fill(template: &str, mut value_of: impl FnMut(&str) -> String) -> String {
     let mut page = String::with_capacity(1 << 20);
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {
@@ -80,7 +81,7 @@ fn fill(template: &str, mut value_of: impl FnMut(&str) -> String) -> String {
     page
 }
 
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
@@ -99,7 +100,7 @@ fn subtitle(record: &RunRecord, verdict: &Verdict) -> String {
         1 => "1 obstacle at a time".to_owned(),
         _ => format!("up to {most} obstacles at a time"),
     };
-    format!("{:.1} s, {people}, {} filter cycles", verdict.duration_s, verdict.latency.cycles)
+    format!("{:.1} s, {people}, {} filter cycles", verdict.duration_s, verdict.latency.counts.cycles)
 }
 
 fn tiles(verdict: &Verdict) -> String {
@@ -157,7 +158,10 @@ fn tiles(verdict: &Verdict) -> String {
                 || crate::display::UNKNOWN.to_owned(),
                 |share| format!("{:.3} %", 100.0 * share),
             ),
-            format!("{} missed, {} commands lost", latency.deadline_misses, latency.lost_commands),
+            format!(
+                "{} missed, {} commands lost",
+                latency.counts.deadline_misses, latency.counts.lost_commands
+            ),
         ),
     ];
     tiles.iter().fold(String::new(), |mut text, (name, value, note)| {
@@ -179,7 +183,7 @@ fn rung_legend(verdict: &Verdict) -> String {
     })
 }
 
-fn figure(figure: &Figure) -> String {
+pub(crate) fn figure(figure: &Figure) -> String {
     let legend = figure.legend.iter().fold(String::new(), |mut text, (role, name)| {
         let _ = write!(text, "<li><i style=\"background:var(--{})\"></i>{}</li>", role.css(), escaped(name));
         text
@@ -192,22 +196,25 @@ fn figure(figure: &Figure) -> String {
 }
 
 fn latency_table(verdict: &Verdict) -> String {
-    verdict.latency.hops.iter().fold(String::new(), |mut rows, hop| {
-        let _ = write!(
-            rows,
-            "<tr><th scope=\"row\">{}<span>{}</span></th><td>{}</td>",
-            escaped(hop.hop.label()),
-            hop.hop.meaning(),
-            hop.count
-        );
-        for value_ns in [hop.p50_ns, hop.p90_ns, hop.p99_ns, hop.p99_9_ns, hop.max_ns] {
-            let cell =
-                if hop.count == 0 { "–".to_owned() } else { format!("{:.1}", value_ns as f64 / 1e3) };
-            let _ = write!(rows, "<td>{cell}</td>");
-        }
-        rows.push_str("</tr>");
-        rows
-    })
+    let rows = verdict.latency.hops.iter();
+    rows.map(|hop| latency_row(hop.hop.label(), hop.hop.meaning(), &hop.latency)).collect()
+}
+
+/// One row of a table of latencies: name and meaning, count, every statistic in µs.
+pub(crate) fn latency_row(name: &str, meaning: &str, latency: &LatencySummary) -> String {
+    let mut row = format!(
+        "<tr><th scope=\"row\">{}<span>{}</span></th><td>{}</td>",
+        escaped(name),
+        escaped(meaning),
+        latency.count
+    );
+    for statistic in Statistic::ALL {
+        let cell = latency
+            .statistic_ns(statistic)
+            .map_or_else(|| "–".to_owned(), |value_ns| format!("{:.1}", value_ns as f64 / 1e3));
+        let _ = write!(row, "<td>{cell}</td>");
+    }
+    row + "</tr>"
 }
 
 #[cfg(test)]

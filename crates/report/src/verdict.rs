@@ -164,10 +164,9 @@ impl Verdict {
         }
     }
 
-    /// Share of cycles that began less than one period late, 0 to 1; `None` without cycles.
+    /// Share of due times whose cycle began less than one period late, 0 to 1; `None` without due times.
     pub fn deadlines_kept(&self) -> Option<f64> {
-        let (cycles, misses) = (self.latency.cycles, self.latency.deadline_misses);
-        (cycles > 0).then(|| 1.0 - misses as f64 / cycles as f64)
+        self.latency.counts.deadlines_kept()
     }
 }
 

@@ -106,7 +106,7 @@ fn deadline_misses_and_lost_commands_are_told() {
     record.safe_commands[50].ledger.filter_woke_ns += PERIOD_NS + 1;
     record.safe_commands.remove(70);
     let verdict = Verdict::of(&record);
-    assert_eq!((verdict.latency.deadline_misses, verdict.latency.lost_commands), (1, 1));
+    assert_eq!((verdict.latency.counts.deadline_misses, verdict.latency.counts.lost_commands), (1, 1));
     assert_eq!(verdict.deadlines_kept(), Some(1.0 - 1.0 / 99.0));
     assert!(verdict.to_string().contains("1 deadline misses, 1 commands lost"), "{verdict}");
 }
@@ -134,7 +134,7 @@ fn a_restarted_source_does_not_hide_an_earlier_collision() {
 #[test]
 fn an_empty_run_has_a_verdict_too() {
     let verdict = Verdict::of(&synthetic::run(0.0, 0));
-    assert_eq!((verdict.latency.cycles, verdict.deadlines_kept(), verdict.duration_s), (0, None, 0.0));
+    assert_eq!((verdict.latency.counts.cycles, verdict.deadlines_kept(), verdict.duration_s), (0, None, 0.0));
     let json = serde_json::to_value(&verdict).expect("plain figures");
     assert!(json["min_h_m"].is_null());
     assert_eq!(serde_json::from_value::<Verdict>(json).expect("own text"), verdict);

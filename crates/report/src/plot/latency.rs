@@ -1,6 +1,6 @@
-//! Percentile curves of several hops in one plot: the tail decides, so the axis counts nines.
+//! Percentile curves of several distributions in one plot: the tail decides, so the axis counts nines.
 
-use latency::{Hop, Recorder};
+use latency::Latencies;
 use plotters::prelude::*;
 
 use super::axis::Axis;
@@ -14,10 +14,10 @@ const ROLES: [Role; 5] = [Role::Blue, Role::Orange, Role::Green, Role::Red, Role
 /// Shortest latency the logarithmic axis shows, µs; shorter ones run along the lower edge.
 const SHORTEST_US: f64 = 0.1;
 
-/// Draws the percentile curves of up to five hops.
-pub(crate) fn latency_plot(recorder: &Recorder, title: &str, hops: &[Hop]) -> Result<Figure, PlotError> {
+/// Draws up to five percentile curves, each with its name.
+pub(crate) fn latency_plot(title: &str, named: &[(&'static str, &Latencies)]) -> Result<Figure, PlotError> {
     let curves: Vec<_> =
-        hops.iter().zip(ROLES).map(|(&hop, role)| (hop, role, points(recorder, hop))).collect();
+        named.iter().zip(ROLES).map(|(&(name, latencies), role)| (name, role, points(latencies))).collect();
     let all = || curves.iter().flat_map(|(_, _, points)| points);
     let nines = all().map(|point| point.0).fold(1.0_f64, f64::max).ceil();
     let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &(_, value)| {
@@ -57,17 +57,17 @@ pub(crate) fn latency_plot(recorder: &Recorder, title: &str, hops: &[Hop]) -> Re
     }
     Ok(Figure {
         title: title.to_owned(),
-        legend: curves.iter().map(|(hop, role, _)| (*role, hop.label())).collect(),
+        legend: curves.iter().map(|(name, role, _)| (*role, *name)).collect(),
         svg: inline(&text, SIZE, title, ""),
     })
 }
 
 /// `(nines, log10 µs)` along the percentile curve. The last value, the maximum, ends the curve where its share lies.
-fn points(recorder: &Recorder, hop: Hop) -> Vec<(f64, f64)> {
-    let curve = recorder.curve(hop);
-    let count = recorder.summary().hop(hop).count.max(2) as f64;
+fn points(latencies: &Latencies) -> Vec<(f64, f64)> {
+    let count = latencies.count().max(2) as f64;
     let nines = |quantile: f64| -(1.0 - quantile.min(1.0 - 1.0 / count)).log10();
-    curve
+    latencies
+        .curve()
         .iter()
         .map(|point| (nines(point.quantile), (point.value_ns as f64 / 1e3).max(SHORTEST_US).log10()))
         .collect()
