@@ -1,27 +1,38 @@
-//! Kernel, clock source, processor frequency and processor share.
+//! The kernel: preemption, clock, throttling of real-time threads, and what it does with memory behind a program's back.
 
-use rustix::system::uname;
+use rustix::{system::uname, thread::current_timer_slack};
 
 use super::{Finding, line_of};
 
 const CLOCK_SOURCE: &str = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
-const GOVERNOR: &str = "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor";
-const CGROUP_QUOTA: &str = "/sys/fs/cgroup/cpu.max";
-const WAKE_UP_LATENCY: &str = "/dev/cpu_dma_latency";
+const RT_RUNTIME: &str = "/proc/sys/kernel/sched_rt_runtime_us";
+const RT_PERIOD: &str = "/proc/sys/kernel/sched_rt_period_us";
+const HUGE_PAGES: &str = "/sys/kernel/mm/transparent_hugepage/enabled";
 
 pub(super) fn probe() -> Vec<Finding> {
-    let name = uname();
-    let release = name.release().to_string_lossy().into_owned();
-    let version = name.version().to_string_lossy().into_owned();
-    let realtime = version.contains("PREEMPT_RT") || line_of("/sys/kernel/realtime").as_deref() == Some("1");
+    let release = uname().release().to_string_lossy().into_owned();
     vec![
-        preemption(&release, realtime),
+        preemption(&release, is_realtime()),
+        host(is_virtual()),
         clock_source(line_of(CLOCK_SOURCE).as_deref()),
-        governor(line_of(GOVERNOR).as_deref()),
-        wake_up_latency(rustix::fs::access(WAKE_UP_LATENCY, rustix::fs::Access::WRITE_OK).is_ok()),
-        cores(std::thread::available_parallelism().map_or(1, std::num::NonZero::get)),
-        quota(line_of(CGROUP_QUOTA).as_deref()),
+        throttling(line_of(RT_RUNTIME).as_deref(), line_of(RT_PERIOD).as_deref()),
+        timer_slack(current_timer_slack().ok()),
+        huge_pages(line_of(HUGE_PAGES).as_deref()),
+        swap(std::fs::read_to_string("/proc/swaps").ok().as_deref()),
     ]
+}
+
+/// Whether the kernel is fully preemptible.
+pub(super) fn is_realtime() -> bool {
+    uname().version().to_string_lossy().contains("PREEMPT_RT")
+        || line_of("/sys/kernel/realtime").as_deref() == Some("1")
+}
+
+/// Whether the machine is somebody else's guest, as far as it says so.
+pub(super) fn is_virtual() -> bool {
+    let flags = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    flags.split_whitespace().any(|flag| flag == "hypervisor")
+        || std::path::Path::new("/sys/hypervisor/type").exists()
 }
 
 fn preemption(release: &str, realtime: bool) -> Finding {
@@ -32,6 +43,17 @@ fn preemption(release: &str, realtime: bool) -> Finding {
             format!("kernel {release} without PREEMPT_RT"),
             "expect rare wake-ups that are milliseconds late; boot a PREEMPT_RT kernel on the robot",
         )
+    }
+}
+
+fn host(guest: bool) -> Finding {
+    if guest {
+        Finding::note(
+            "this is a virtual machine",
+            "its host may stop it at any time, which no setting in here prevents; drive a robot from real hardware",
+        )
+    } else {
+        Finding::good("no sign of a virtual machine")
     }
 }
 
@@ -48,51 +70,56 @@ fn clock_source(source: Option<&str>) -> Finding {
     }
 }
 
-fn governor(governor: Option<&str>) -> Finding {
-    match governor {
-        Some("performance") => Finding::good("processor frequency governor performance"),
-        Some(other) => Finding::note(
-            format!("processor frequency governor {other}"),
-            "`cpupower frequency-set -g performance` spares the time to speed up after each sleep",
+/// `runtime` and `period` in µs; a runtime of -1 lets real-time threads take everything.
+fn throttling(runtime: Option<&str>, period: Option<&str>) -> Finding {
+    let number = |text: Option<&str>| text?.parse::<f64>().ok();
+    match (number(runtime), number(period)) {
+        (Some(runtime_us), Some(period_us)) if runtime_us >= 0.0 && period_us > 0.0 => {
+            let share = 100.0 * runtime_us / period_us;
+            Finding::good(format!(
+                "real-time threads get at most {share:.0} % of a processor, so that one that never sleeps cannot freeze the machine"
+            ))
+        }
+        (Some(_), _) => Finding::note(
+            "real-time threads may take all of a processor (sched_rt_runtime_us is -1)",
+            "one that never sleeps freezes its processor; `sysctl kernel.sched_rt_runtime_us=950000` keeps a way in",
         ),
-        None => Finding::good("no processor frequency governor (a virtual machine, or a fixed frequency)"),
+        (None, _) => {
+            Finding::note("the throttling of real-time threads is unknown", "mount /proc to have it checked")
+        }
     }
 }
 
-fn wake_up_latency(writable: bool) -> Finding {
-    if writable {
-        Finding::good(format!("{WAKE_UP_LATENCY} can be held, which keeps the processor out of deep sleep"))
-    } else {
-        Finding::note(
-            format!("{WAKE_UP_LATENCY} cannot be held"),
-            "give this user write access by a udev rule; deep sleep adds up to some 100 µs to a wake-up",
-        )
-    }
-}
-
-fn cores(count: usize) -> Finding {
-    if count >= 4 {
-        Finding::good(format!("{count} processors for this program"))
-    } else {
-        Finding::note(
-            format!("{count} processors for this program"),
-            "the four processes share them; close what else needs time",
-        )
-    }
-}
-
-/// `text` is `cpu.max` of control groups, version 2: quota and period in µs, or `max`.
-fn quota(text: Option<&str>) -> Finding {
-    let share = text.and_then(|line| {
-        let (quota, period) = line.split_once(' ')?;
-        Some(quota.parse::<f64>().ok()? / period.parse::<f64>().ok()?)
-    });
-    match share {
-        Some(share) => Finding::warning(
-            format!("a control group stops this program after {share:.1} processors' worth of each period"),
-            "remove the CPU limit of the container; a throttled filter sleeps through whole periods",
+fn timer_slack(slack_ns: Option<u64>) -> Finding {
+    match slack_ns {
+        Some(slack_ns) if slack_ns <= 1000 => Finding::good(format!("timer slack {slack_ns} ns")),
+        Some(slack_ns) => Finding::note(
+            format!("timer slack {} us: sleeps end up to that much later than asked", slack_ns / 1000),
+            "`timer_slack_ns = 1` in [realtime], which needs no rights and real-time classes imply",
         ),
-        None => Finding::good("no processor quota"),
+        None => Finding::note("the timer slack is unknown", "a sandbox forbids prctl; allow it"),
+    }
+}
+
+fn huge_pages(mode: Option<&str>) -> Finding {
+    match mode {
+        Some(mode) if mode.contains("[always]") => Finding::note(
+            "transparent huge pages for every program",
+            "the kernel may stop a thread to put pages together; `echo madvise > /sys/kernel/mm/transparent_hugepage/enabled`",
+        ),
+        Some(_) => Finding::good("transparent huge pages only for programs that ask"),
+        None => Finding::good("no transparent huge pages"),
+    }
+}
+
+/// `text` is `/proc/swaps`: a heading, then one line for each swap space.
+fn swap(text: Option<&str>) -> Finding {
+    match text.map(|text| text.lines().skip(1).count()) {
+        Some(0) | None => Finding::good("no swap"),
+        Some(spaces) => Finding::note(
+            format!("{spaces} swap spaces: memory that is not locked may be on a disk when it is needed"),
+            "`lock_memory = true` in [realtime], or `swapoff -a` on the robot",
+        ),
     }
 }
 
@@ -102,20 +129,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quota_is_told_from_none() {
-        assert_eq!(quota(Some("max 100000")).severity, Severity::Good);
-        assert_eq!(quota(None).severity, Severity::Good);
-        let throttled = quota(Some("150000 100000"));
-        assert_eq!(throttled.severity, Severity::Warning);
-        assert!(throttled.what.contains("1.5"), "{throttled:?}");
+    fn what_spoils_real_time_is_named() {
+        assert_eq!(clock_source(Some("hpet")).severity, Severity::Warning);
+        assert_eq!(clock_source(Some("tsc")).severity, Severity::Good);
+        assert_eq!(preemption("6.1", true).severity, Severity::Good);
+        assert_eq!(preemption("6.1", false).severity, Severity::Note);
+        assert_eq!(host(true).severity, Severity::Note);
+        assert!(timer_slack(Some(50_000)).what.contains("50 us"));
+        assert_eq!(timer_slack(Some(0)).severity, Severity::Good);
+        assert_eq!(huge_pages(Some("[always] madvise never")).severity, Severity::Note);
+        assert_eq!(huge_pages(Some("always [madvise] never")).severity, Severity::Good);
     }
 
     #[test]
-    fn slow_clocks_and_governors_are_named() {
-        assert_eq!(clock_source(Some("hpet")).severity, Severity::Warning);
-        assert_eq!(clock_source(Some("tsc")).severity, Severity::Good);
-        assert!(governor(Some("powersave")).what.contains("powersave"));
-        assert_eq!(preemption("6.1", true).severity, Severity::Good);
-        assert_eq!(preemption("6.1", false).severity, Severity::Note);
+    fn throttling_is_told_as_a_share() {
+        assert!(throttling(Some("950000"), Some("1000000")).what.contains("95 %"));
+        assert_eq!(throttling(Some("-1"), Some("1000000")).severity, Severity::Note);
+        assert_eq!(throttling(None, None).severity, Severity::Note);
+    }
+
+    #[test]
+    fn swap_is_told_from_none() {
+        let heading = "Filename\t\t\t\tType\t\tSize\t\tUsed\t\tPriority\n";
+        assert_eq!(swap(Some(heading)).severity, Severity::Good);
+        assert_eq!(swap(Some(&format!("{heading}/dev/sda2 partition 1 0 -2\n"))).severity, Severity::Note);
     }
 }

@@ -1,10 +1,20 @@
-//! What on this machine would spoil a run: findings with advice, changed by nobody here.
+//! What on this machine would spoil a run: findings with advice, changed by nobody here; how late threads wake up, measured;
+//! and what the processes of a running stack were granted.
 
 mod kernel;
 mod lateness;
+mod processors;
+mod quota;
 mod resources;
+mod rights;
+mod running;
+mod verdict;
+mod ways;
 
-pub use lateness::measure_wake_up_lateness;
+pub use lateness::{Lateness, measure_wake_up_lateness};
+pub use running::{RunningProcess, running};
+pub use verdict::{Verdict, judge};
+pub use ways::{Way, WayLateness, measure_ways};
 
 use crate::Domain;
 
@@ -55,17 +65,19 @@ impl Finding {
     }
 }
 
-/// Looks at the kernel, the clock, the processor, the rights of this user, and the shared memory of `domain`.
+/// Looks at the kernel, the clock, the processors, the rights of this user, and the shared memory of `domain`.
 ///
 /// Takes a few milliseconds and changes nothing.
 pub fn probe(domain: &Domain) -> Vec<Finding> {
     let mut findings = kernel::probe();
+    findings.extend(processors::probe());
+    findings.extend(rights::probe());
     findings.extend(resources::probe(domain));
     findings
 }
 
 /// The first line of a small file of the kernel, if it can be read.
-fn line_of(path: &str) -> Option<String> {
+fn line_of(path: impl AsRef<std::path::Path>) -> Option<String> {
     let text = std::fs::read_to_string(path).ok()?;
     text.lines().next().map(|line| line.trim().to_owned())
 }
@@ -77,7 +89,7 @@ mod tests {
     #[test]
     fn every_finding_that_is_not_good_comes_with_advice() {
         let findings = probe(&Domain::isolated());
-        assert!(findings.len() >= 8, "{findings:?}");
+        assert!(findings.len() >= 15, "{findings:?}");
         for finding in findings {
             assert_eq!(finding.severity == Severity::Good, finding.advice.is_empty(), "{finding:?}");
             assert!(!finding.what.is_empty() && !finding.what.contains('\n'));

@@ -1,51 +1,22 @@
-//! Rights of this user, room in shared memory, leftovers and other stacks.
-
-use rustix::process::{Resource, getrlimit};
+//! Room in shared memory, leftovers and other stacks.
 
 use super::Finding;
 use crate::{Domain, leftovers, members};
 
 /// Shared memory that one stack with a recorder may touch, bytes: 8 readers' queues of at most 1 MiB on 8 services.
 const SHARED_MEMORY_NEED_BYTES: u64 = 64 << 20;
-/// Memory that a filter process would lock, bytes.
-const LOCKED_MEMORY_NEED_BYTES: u64 = 256 << 20;
 
 pub(super) fn probe(domain: &Domain) -> Vec<Finding> {
-    let mut findings = vec![
-        realtime_priority(getrlimit(Resource::Rtprio).current.unwrap_or(u64::MAX)),
-        locked_memory(getrlimit(Resource::Memlock).current.unwrap_or(u64::MAX)),
+    vec![
         match rustix::fs::statvfs("/dev/shm") {
             Ok(status) => shared_memory(status.f_bavail.saturating_mul(status.f_frsize)),
             Err(error) => {
                 Finding::warning(format!("/dev/shm cannot be read: {error}"), "mount a tmpfs at /dev/shm")
             }
         },
-    ];
-    findings.push(leftover_files(domain));
-    findings.push(other_stacks(domain));
-    findings
-}
-
-fn realtime_priority(limit: u64) -> Finding {
-    if limit > 0 || rustix::process::geteuid().is_root() {
-        Finding::good("this user may use real-time priorities")
-    } else {
-        Finding::note(
-            "this user may not use real-time priorities (RLIMIT_RTPRIO is 0)",
-            "add `USER - rtprio 80` to /etc/security/limits.conf and log in again",
-        )
-    }
-}
-
-fn locked_memory(limit_bytes: u64) -> Finding {
-    if limit_bytes >= LOCKED_MEMORY_NEED_BYTES || rustix::process::geteuid().is_root() {
-        Finding::good("this user may lock enough memory")
-    } else {
-        Finding::note(
-            format!("this user may lock only {} KiB of memory (RLIMIT_MEMLOCK)", limit_bytes >> 10),
-            "add `USER - memlock unlimited` to /etc/security/limits.conf and log in again",
-        )
-    }
+        leftover_files(domain),
+        other_stacks(domain),
+    ]
 }
 
 fn shared_memory(free_bytes: u64) -> Finding {

@@ -114,10 +114,6 @@ impl Granted {
         })
     }
 
-    pub(super) fn into_grants(self) -> Vec<Grant> {
-        self.grants
-    }
-
     /// One line for what was granted and one for what was not.
     pub(super) fn log(&self) {
         let lines = |granted: bool| {

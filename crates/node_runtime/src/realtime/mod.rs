@@ -26,7 +26,9 @@ mod scheduler;
 mod wake_up_time;
 
 pub use granted::{Grant, Granted, Right};
+pub(crate) use processors::allowed as allowed_processors;
 pub use request::{Request, Scheduler};
+pub(crate) use rights::{can_lock_any_amount, can_set_any_priority};
 
 /// Asks the kernel for what `request` says, on behalf of the calling thread, and logs once what was granted and what not.
 ///
@@ -38,20 +40,20 @@ pub fn enter(request: &Request) -> Granted {
     granted
 }
 
-/// Asks for what `request` says on a thread of its own, returns what was granted, and gives all of it back.
+/// Asks for what `request` says on a thread of its own, does `work` there with the answers, and gives everything back.
 ///
-/// Memory that the process had locked before stays locked.
-pub fn try_out(request: &Request) -> Vec<Grant> {
+/// Memory that the process had locked before stays locked. None if the system refuses a thread or `work` panics.
+pub fn try_out<T: Send>(request: &Request, work: impl FnOnce(&[Grant]) -> T + Send) -> Option<T> {
     let locked_before = memory::locked_kib().is_some_and(|kib| kib > 0);
-    let grants = std::thread::scope(|scope| {
+    let outcome = std::thread::scope(|scope| {
         let trial = std::thread::Builder::new().name("cncbf-trial".to_owned());
-        let trial = trial.spawn_scoped(scope, || ask(request).into_grants());
-        trial.ok().and_then(|trial| trial.join().ok()).unwrap_or_default()
+        let trial = trial.spawn_scoped(scope, || work(ask(request).grants()));
+        trial.ok().and_then(|trial| trial.join().ok())
     });
-    if !locked_before {
+    if request.lock_memory && !locked_before {
         memory::unlock();
     }
-    grants
+    outcome
 }
 
 /// Asks without a word. The scheduling class comes last, so that the work before does not run with it.
