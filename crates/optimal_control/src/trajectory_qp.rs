@@ -9,6 +9,9 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeCone
 use crate::dynamics::Linearisation;
 use crate::sqp_settings::SqpSetupError;
 
+/// Relative gap and infeasibility at which a QP counts as solved: its step is judged by the cost anyway, and changes of
+/// the controls below 1e-4 end the search.
+const QP_TOLERANCE: f64 = 1e-6;
 /// Interior-point steps after which a QP counts as failed; ten to twenty are usual.
 const QP_ITERATION_LIMIT: u32 = 60;
 
@@ -72,6 +75,11 @@ impl<const NX: usize, const NU: usize> TrajectoryQp<NX, NU> {
         let settings = DefaultSettings {
             verbose: false,
             max_iter: QP_ITERATION_LIMIT,
+            tol_gap_abs: QP_TOLERANCE,
+            tol_gap_rel: QP_TOLERANCE,
+            tol_feas: QP_TOLERANCE,
+            // Two fifths of the time, for digits below the tolerance; residuals are checked at the end all the same.
+            iterative_refinement_enable: false,
             // Both would change the pattern and thereby forbid data updates.
             presolve_enable: false,
             input_sparse_dropzeros: false,
