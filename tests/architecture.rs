@@ -16,7 +16,7 @@ const RESERVED: [(&str, &[&str]); 10] = [
     ("iceoryx2-bb-system-types", &["node_runtime"]),
     ("iceoryx2-bb-derive-macros", &["messages", "node_runtime"]),
     ("iceoryx2-bb-elementary-traits", &["messages", "node_runtime"]),
-    ("ros2-client", &["perception_bridge"]),
+    ("ros2-client", &["node_runtime", "perception_bridge"]),
     ("mcap", &["recording"]),
     ("clarabel", &["barrier", "optimal_control"]),
     ("faer", &["optimal_control", "barrier_training", "reachability"]),

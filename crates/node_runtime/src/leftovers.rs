@@ -21,7 +21,7 @@ use iceoryx2::{
 
 use rustix::time::{ClockId, clock_gettime};
 
-use crate::{Domain, domain::quieten, stillborn::StillbornWatch};
+use crate::{Domain, domain::quieten, iceoryx::StillbornWatch};
 
 /// Where Linux keeps POSIX shared memory.
 pub(crate) const SHARED_MEMORY_FOLDER: &str = "/dev/shm";

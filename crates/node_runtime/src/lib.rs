@@ -11,6 +11,8 @@
 //! that two filters can never drive one robot; the place of a writer that was killed is free again as soon as its successor opens
 //! its [`Node`].
 //!
+//! The same ports run over ROS 2's DDS where the environment says so ([`Transport`]), to compare with.
+//!
 //! # The loop
 //! Every process runs the same [`ProcessLoop`]: its [`Pacing`] says when a cycle begins (due times, inputs, or both), its
 //! [`Work`] is done, and the cycle is counted in [`messages::Health`] and recorded as [`messages::Cycle`].
@@ -59,9 +61,12 @@
 mod clock;
 mod cycle_meter;
 mod cyclic_timer;
+#[cfg(feature = "dds")]
+mod dds;
 pub mod doctor;
 mod domain;
 mod health_reporter;
+mod iceoryx;
 mod leftovers;
 mod logging;
 mod node;
@@ -73,9 +78,9 @@ mod publisher;
 pub mod realtime;
 mod services;
 mod shutdown;
-mod stillborn;
 mod subscriber;
 mod thread_usage;
+mod transport;
 mod wake;
 
 pub use clock::{Clock, RealClock, SteppedClock};
@@ -94,4 +99,5 @@ pub use publisher::{PortError, Publisher};
 pub use shutdown::{PARENT_PID_VARIABLE, Shutdown, ShutdownError};
 pub use subscriber::Subscriber;
 pub use thread_usage::{ThreadUsage, UsageMeter};
+pub use transport::{Transport, TransportError};
 pub use wake::{WakeUp, Waker, Woken};

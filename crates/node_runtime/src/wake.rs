@@ -2,21 +2,17 @@
 
 use std::{os::fd::BorrowedFd, time::Duration};
 
-use iceoryx2::{
-    port::{listener::Listener, notifier::Notifier},
-    prelude::FileDescriptorBased,
-    service::ipc_threadsafe::Service,
-};
-use iceoryx2_cal::event::ListenerWaitError;
 use rustix::{
     event::{PollFd, PollFlags, poll},
     io::Errno,
     time::Timespec,
 };
 
+#[cfg(feature = "dds")]
+use crate::dds;
 use crate::{
     clock::{Clock, RealClock, nanoseconds},
-    stillborn::StillbornWatch,
+    iceoryx,
 };
 
 /// Why a wait returned.
@@ -30,10 +26,14 @@ pub enum Woken {
 
 /// This process' single listener.
 #[derive(Debug)]
-pub struct WakeUp {
-    pub(crate) listener: Listener<Service>,
-    /// Last: iceoryx2 may clean up after the dead while it drops the last port of a process.
-    pub(crate) _watch: StillbornWatch,
+pub struct WakeUp(pub(crate) Listener);
+
+/// The listener of one transport.
+#[derive(Debug)]
+pub(crate) enum Listener {
+    Iceoryx(Box<iceoryx::Listener>),
+    #[cfg(feature = "dds")]
+    Dds(dds::Listener),
 }
 
 impl WakeUp {
@@ -57,7 +57,7 @@ impl WakeUp {
             if now_ns >= due_ns {
                 return Woken::TimedOut;
             }
-            match self.sleep(due_ns - now_ns) {
+            match sleep(self.descriptor(), due_ns - now_ns) {
                 Ok(0) | Err(Errno::INTR) => return Woken::TimedOut,
                 // Nothing to collect: a look before the sleep took the wake-up and left its signal.
                 Ok(_) => {
@@ -76,43 +76,53 @@ impl WakeUp {
 
     /// Whether somebody woke this process since the last call of any of the three. Does not sleep: for who spins.
     pub fn look(&self) -> Woken {
-        match self.listener.try_wait(|_| {}) {
-            Ok(0)
-            | Err(
-                ListenerWaitError::InterruptSignal
-                | ListenerWaitError::ContractViolation
-                | ListenerWaitError::InternalFailure,
-            ) => Woken::TimedOut,
-            Ok(_) => Woken::Notified,
+        match &self.0 {
+            Listener::Iceoryx(listener) => listener.look(),
+            #[cfg(feature = "dds")]
+            Listener::Dds(listener) => listener.look(),
         }
     }
 
-    /// Sleeps until the listener's socket can be read; 0 once `duration_ns` have passed.
-    fn sleep(&self, duration_ns: u64) -> Result<usize, Errno> {
-        // SAFETY: the number stays a descriptor's for as long as the listener lives, which is borrowed until the return,
-        // and nothing here closes it.
-        #[expect(unsafe_code, reason = "iceoryx2 tells its socket as a number only")]
-        let socket = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
-        let timeout = Timespec {
-            tv_sec: (duration_ns / 1_000_000_000).cast_signed(),
-            tv_nsec: (duration_ns % 1_000_000_000).cast_signed(),
-        };
-        poll(&mut [PollFd::new(&socket, PollFlags::IN)], Some(&timeout))
+    fn descriptor(&self) -> BorrowedFd<'_> {
+        match &self.0 {
+            Listener::Iceoryx(listener) => listener.descriptor(),
+            #[cfg(feature = "dds")]
+            Listener::Dds(listener) => listener.descriptor(),
+        }
     }
+}
+
+/// Sleeps until the descriptor can be read; 0 once `duration_ns` have passed.
+fn sleep(descriptor: BorrowedFd<'_>, duration_ns: u64) -> Result<usize, Errno> {
+    let timeout = Timespec {
+        tv_sec: (duration_ns / 1_000_000_000).cast_signed(),
+        tv_nsec: (duration_ns % 1_000_000_000).cast_signed(),
+    };
+    poll(&mut [PollFd::new(&descriptor, PollFlags::IN)], Some(&timeout))
 }
 
 /// Wakes one other process.
 #[derive(Debug)]
-pub struct Waker {
-    pub(crate) notifier: Notifier<Service>,
-    /// Last: iceoryx2 may clean up after the dead while it drops the last port of a process.
-    pub(crate) _watch: StillbornWatch,
+pub struct Waker(pub(crate) Notifier);
+
+/// The waker of one transport.
+#[derive(Debug)]
+pub(crate) enum Notifier {
+    Iceoryx(Box<iceoryx::Waker>),
+    /// The message that was sent before wakes its reader.
+    #[cfg(feature = "dds")]
+    Dds,
 }
 
 impl Waker {
     /// Wakes the process. Never blocks, and does nothing if the process is not there or already has a wake-up pending.
+    ///
+    /// Over [`crate::Transport::Dds`] it does nothing: there, the message sent before wakes whom it is for.
     pub fn wake(&self) {
-        // The only failures concern the event id, which is fixed, and deadlines, which no service here has.
-        let _ = self.notifier.notify();
+        match &self.0 {
+            Notifier::Iceoryx(waker) => waker.wake(),
+            #[cfg(feature = "dds")]
+            Notifier::Dds => {}
+        }
     }
 }
