@@ -1,10 +1,14 @@
 //! What the command line can say.
 
+mod profile;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use perception_bridge::{Playback, SourceChoice};
 use verification::affine::StateBox;
+
+pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, WaitName};
 
 /// A safety filter for robots among people: composite neural control barrier function, four processes, shared memory.
 ///
@@ -15,6 +19,7 @@ use verification::affine::StateBox;
   cncbf                                           drive the demo, then write a report
   cncbf replay drive.mcap --json                  what the filter would have done in a recording
   cncbf replay drive.mcap --lockstep              the same in virtual time, byte for byte repeatable
+  cncbf profile drive.mcap                        where time goes on this machine
   cncbf why runs/0001/run.mcap 12.5               why it intervened 12.5 s into a run
   cncbf doctor                                    what on this machine would spoil real time
 
@@ -36,6 +41,8 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Play a recording through the stack and say what the filter would have done.
     Replay(ReplayArgs),
+    /// Play a recording through the stack and say where time goes: every hop, every loop, nothing filtered away.
+    Profile(ProfileArgs),
     /// Explain one moment of a recording made by `run`, `replay` or `record`.
     Why(WhyArgs),
     /// Compute the value function of a settings file's `[offline]` part.
@@ -58,6 +65,9 @@ pub(crate) enum Command {
     Filter(ProcessArgs),
     /// Write everything that flows into an MCAP file until told to stop.
     Record(RecordArgs),
+    /// Make load beside a stack until told to stop; `profile` starts it.
+    #[command(hide = true)]
+    LoadGenerator(LoadArgs),
 }
 
 /// What every process of a stack is told.
@@ -316,9 +326,20 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
 
 /// Options of `doctor`.
 #[derive(Debug, Clone, Args)]
+#[command(after_help = "Examples:
+  cncbf doctor                                     the machine, what the kernel grants, ten seconds of wake-ups
+  cncbf doctor --seconds 600 --json                long enough to trust the worst; start the robot's own load beside it
+  cncbf doctor --config my_robot.toml              what this file's [realtime] would get
+  cncbf doctor --instance cncbf                    and what the processes of a running stack were granted
+
+Everything that is asked of the kernel is given back. Each way of waking up gets an equal share of the time, in turns.
+Exit code 1: something was found that makes a run miss deadlines or fail, or the filter's rate is not held.")]
 pub(crate) struct DoctorArgs {
+    /// Settings whose `[realtime]` is tried out, and name of the stack that is looked for
+    #[command(flatten)]
+    pub(crate) process: ProcessArgs,
     /// How long wake-ups are measured, s
-    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
     pub(crate) seconds: f64,
     /// Print as JSON
     #[arg(long)]

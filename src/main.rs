@@ -8,6 +8,7 @@ mod inspect_plot;
 mod lockstep;
 mod outcome;
 mod process;
+mod profile;
 mod progress;
 mod prove;
 mod replay;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command.unwrap_or(Command::Run(cli.run)) {
         Command::Run(args) => run::run(&args),
         Command::Replay(args) => replay::replay(&args),
+        Command::Profile(args) => profile::profile(&args),
         Command::Why(args) => why::why(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Train(args) => train::train(&args),
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         Command::Nominal(args) => process::nominal(&args),
         Command::Filter(args) => process::filter(&args),
         Command::Record(args) => process::record(&args),
+        Command::LoadGenerator(args) => profile::load_generator(&args),
     };
     match outcome {
         Ok(true) => ExitCode::SUCCESS,

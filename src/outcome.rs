@@ -69,7 +69,7 @@ pub(crate) fn print_figures<T: std::fmt::Display + serde::Serialize>(
     Ok(())
 }
 
-fn messages_of<T: messages::Message>(file: &Path) -> anyhow::Result<Vec<T>> {
+pub(crate) fn messages_of<T: messages::Message>(file: &Path) -> anyhow::Result<Vec<T>> {
     let stamped = read_wire::<T>(file)
         .with_context(|| format!("cannot read {} from {}", T::SERVICE, file.display()))?;
     Ok(stamped.into_iter().map(|(_, message)| message).collect())

@@ -1,5 +1,6 @@
 //! `cncbf run`: the whole stack on this machine, to its goal, then a verdict and a report.
 
+use perception_bridge::Playback;
 use report::{Outcome, Verdict};
 use settings::Settings;
 
@@ -68,15 +69,19 @@ impl Live<'_> {
         }
         let folder = run_folder::create(self.report)?;
         let recording = self.record.map_or_else(|| folder.join("run.mcap"), std::path::Path::to_owned);
-        let end = run_stack(&SessionPlan {
+        let plan = SessionPlan {
             settings: self.settings,
             instance: self.instance,
             source: self.source,
             closed_loop: self.closed_loop,
+            playback: Playback::AS_RECORDED,
+            env: Vec::new(),
+            heading: String::new(),
             recording: recording.clone(),
             folder: &folder,
             duration_s: self.duration_s,
-        })?;
+        };
+        let end = run_stack(&plan, &mut |_, _| {})?;
         let record = read_record(&recording, self.settings, self.title.clone())?;
         let verdict = Verdict::of(&record);
         write_report(&record, self.settings, &folder)?;

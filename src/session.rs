@@ -1,22 +1,28 @@
 //! A live stack: four processes and the recorder, started, watched and stopped.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
-use launcher::{Child, Event, Launcher, Plan, RestartPolicy};
+use launcher::{Child, Event, Launcher, Plan, RestartPolicy, StopReport};
 use messages::{ProcessId, Reason, SafeCommand, SafetyStatus, SourceStatus};
 use node_runtime::{Clock, Domain, Node, RealClock, Shutdown, Subscriber};
+use perception_bridge::Playback;
 use settings::Settings;
 
 use crate::cli::Source;
-use crate::common::someone_watches;
+use crate::common::{remove_if_there, someone_watches};
 use crate::progress::Bar;
 
 /// How often the launcher looks at its children and at what they say.
 const WATCH_PERIOD: Duration = Duration::from_millis(20);
 /// How long children may take to end by themselves.
 const STOP_TIMEOUT: Duration = Duration::from_secs(3);
+/// Between two looks at children that start or stop.
+const START_STOP_POLL: Duration = Duration::from_millis(2);
+/// How long the recorder may take until it listens, ns. Other work on the machine may keep it waiting.
+const RECORDER_PATIENCE_NS: u64 = 10_000_000_000;
 /// How long a stack runs on after its goal is reached, so that the stop is in the record, ns.
 const AFTERMATH_NS: u64 = 700_000_000;
 /// Between two lines of progress where nobody watches a status line, ns.
@@ -32,6 +38,12 @@ pub(crate) struct SessionPlan<'a> {
     pub(crate) source: &'a Source,
     /// Whether a recording's robot is replaced by a simulated one.
     pub(crate) closed_loop: bool,
+    /// How fast and how often a recording is played.
+    pub(crate) playback: Playback,
+    /// Variables added to the environment of every process.
+    pub(crate) env: Vec<(OsString, OsString)>,
+    /// What stands before each line of progress.
+    pub(crate) heading: String,
     /// File to record into.
     pub(crate) recording: PathBuf,
     /// Folder for settings and logs.
@@ -48,8 +60,20 @@ pub(crate) struct SessionEnd {
     pub(crate) interrupted: bool,
 }
 
-/// Starts the stack, watches it to its end, stops it.
-pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
+/// What a watcher of a stack is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Moment {
+    /// It runs.
+    Running,
+    /// It still runs, and will be stopped next.
+    Ending,
+}
+
+/// Starts the stack, watches it to its end, stops it. The record has the first command of the filter and its last.
+pub(crate) fn run_stack(
+    plan: &SessionPlan<'_>,
+    look: &mut dyn FnMut(&Launcher, Moment),
+) -> anyhow::Result<SessionEnd> {
     let shutdown = Shutdown::install()?;
     let node = Node::open(plan.instance, ProcessId::Launcher)?;
     let mut watch = Watch {
@@ -57,13 +81,14 @@ pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
         status: node.subscriber::<SourceStatus>()?,
         command: None,
         source: None,
+        heading: &plan.heading,
         bar: Bar::status(),
         started_ns: RealClock.now_ns(),
         reported_ns: RealClock.now_ns(),
         ends_at_goal: plan.closed_loop || *plan.source == Source::Sim,
         reached_ns: None,
     };
-    let mut launcher = Launcher::start(children(plan)?)?;
+    let mut launcher = start(plan)?;
     let mut crashes = 0;
     let interrupted = loop {
         std::thread::sleep(WATCH_PERIOD);
@@ -76,14 +101,61 @@ pub(crate) fn run_stack(plan: &SessionPlan<'_>) -> anyhow::Result<SessionEnd> {
         if watch.look(RealClock.now_ns(), plan.duration_s) {
             break false;
         }
+        look(&launcher, Moment::Running);
     };
+    look(&launcher, Moment::Ending);
     watch.bar.finish();
     // Our own node must be gone before the launcher looks for what is left over.
     drop(watch);
     drop(node);
-    let stopped = launcher.stop(STOP_TIMEOUT);
+    let stopped = stop(launcher);
     tracing::info!(?stopped, "stack stopped");
     Ok(SessionEnd { crashes, interrupted })
+}
+
+/// Starts the recorder, and once it listens everything else, so that nobody speaks before.
+fn start(plan: &SessionPlan<'_>) -> anyhow::Result<Launcher> {
+    let Plan { domain, children, log_dir } = children(plan)?;
+    let (recorder, others): (Vec<_>, Vec<_>) =
+        children.into_iter().partition(|child| child.id == ProcessId::Recorder);
+    // The recorder makes its file once it listens. Never a device, whose removal nobody would want.
+    if plan.recording.is_file() {
+        remove_if_there(&plan.recording)?;
+    }
+    let mut launcher = Launcher::start(Plan { domain, children: recorder, log_dir })?;
+    let give_up_ns = RealClock.now_ns() + RECORDER_PATIENCE_NS;
+    while !plan.recording.exists() {
+        for event in launcher.poll() {
+            note(&event)?;
+        }
+        anyhow::ensure!(
+            RealClock.now_ns() < give_up_ns,
+            "the recorder did not begin {}; its log tells why",
+            plan.recording.display()
+        );
+        std::thread::sleep(START_STOP_POLL);
+    }
+    for child in others {
+        launcher.add(child)?;
+    }
+    Ok(launcher)
+}
+
+/// Stops everything but the recorder, the filter first, so that its last command ends the record; then the recorder, which
+/// has heard everything by then.
+fn stop(mut launcher: Launcher) -> StopReport {
+    const SPEAKERS: [ProcessId; 4] =
+        [ProcessId::Filter, ProcessId::Nominal, ProcessId::Estimator, ProcessId::Bridge];
+    for id in SPEAKERS {
+        launcher.terminate(id);
+    }
+    let give_up_ns = RealClock.now_ns() + STOP_TIMEOUT.as_nanos() as u64;
+    while SPEAKERS.iter().any(|id| launcher.pid(*id).is_some()) && RealClock.now_ns() < give_up_ns {
+        std::thread::sleep(START_STOP_POLL);
+        // Only to see who has ended. One that ends with an error now would be started again, and is stopped below.
+        launcher.poll();
+    }
+    launcher.stop(STOP_TIMEOUT)
 }
 
 /// Counts a crash; ends the run where a process stays down.
@@ -108,7 +180,7 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
         id,
         program: program.clone(),
         args: [vec![subcommand.into()], extra, common.to_vec()].concat(),
-        env: Vec::new(),
+        env: plan.env.clone(),
         // A recorder that began anew would overwrite what it had recorded.
         restart: if id == ProcessId::Recorder { RestartPolicy::Never } else { RestartPolicy::default() },
     };
@@ -116,6 +188,8 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
     if plan.closed_loop {
         bridge.push("--closed-loop".into());
     }
+    bridge.extend(["--rate".into(), plan.playback.rate().to_string().into()]);
+    bridge.extend(["--passes".into(), plan.playback.passes().to_string().into()]);
     Ok(Plan {
         domain: Domain::from_env()?,
         children: vec![
@@ -130,7 +204,8 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
 }
 
 /// What the launcher sees of its stack.
-struct Watch {
+struct Watch<'a> {
+    heading: &'a str,
     commands: Subscriber<SafeCommand>,
     status: Subscriber<SourceStatus>,
     command: Option<SafeCommand>,
@@ -143,16 +218,16 @@ struct Watch {
     reached_ns: Option<u64>,
 }
 
-impl Watch {
+impl Watch<'_> {
     /// Takes news and shows them. Returns whether the stack has nothing left to do.
     fn look(&mut self, now_ns: u64, duration_s: Option<f64>) -> bool {
         self.command = self.commands.newest().or(self.command);
         self.source = self.status.newest().or(self.source);
         if let Some(source) = &self.source {
-            self.bar.set(source.elapsed_ns, || line(source, self.command.as_ref()));
+            self.bar.set(source.elapsed_ns, || line(self.heading, source, self.command.as_ref()));
             if !someone_watches() && now_ns - self.reported_ns >= REPORT_PERIOD_NS {
                 self.reported_ns = now_ns;
-                eprintln!("{}", line(source, self.command.as_ref()));
+                eprintln!("{}", line(self.heading, source, self.command.as_ref()));
             }
             if source.goal_reached != 0 && self.ends_at_goal {
                 self.reached_ns.get_or_insert(now_ns);
@@ -168,7 +243,7 @@ impl Watch {
 }
 
 /// One line that tells how it goes.
-fn line(source: &SourceStatus, command: Option<&SafeCommand>) -> String {
+fn line(heading: &str, source: &SourceStatus, command: Option<&SafeCommand>) -> String {
     let seconds = source.elapsed_ns as f64 * 1e-9;
     let filter = command.map_or_else(
         || "no command yet".to_owned(),
@@ -182,7 +257,7 @@ fn line(source: &SourceStatus, command: Option<&SafeCommand>) -> String {
         },
     );
     format!(
-        "{seconds:.1} of at most {:.0} s, goal {:.1} m, clearance {:.2} m, {filter}",
+        "{heading}{seconds:.1} of at most {:.0} s, goal {:.1} m, clearance {:.2} m, {filter}",
         source.total_ns as f64 * 1e-9,
         source.goal_distance_m,
         source.clearance_m

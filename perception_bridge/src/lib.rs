@@ -23,6 +23,6 @@ mod source;
 pub use command_sink::{CommandSink, SinkState};
 pub use frames::Frames;
 pub use playback::{Playback, PlaybackError};
-pub use recorded::{IntakeReport, McapSource, SourceError};
+pub use recorded::{IntakeReport, McapSource, PlaybackCounts, SourceError};
 pub use simulated_crowd::{SimulatedCrowd, SimulationError};
 pub use source::{BridgeEvent, OpenSourceError, Source, SourceChoice, open_source};

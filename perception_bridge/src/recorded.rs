@@ -61,6 +61,17 @@ pub struct IntakeReport {
     pub replaced: u64,
 }
 
+/// How much one playback holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PlaybackCounts {
+    /// Robot states, those included that a simulated robot replaces.
+    pub robot_states: u64,
+    /// Frames of detections.
+    pub frames: u64,
+    /// Detections in all frames together.
+    pub people: u64,
+}
+
 impl IntakeReport {
     /// Messages refused, by the reader or here.
     pub fn refused_total(&self) -> u64 {
@@ -111,7 +122,7 @@ impl McapSource {
         let goal = playlist.goal_or(settings.source.default_goal_in_base_m);
         let simulated = if closed_loop { Some(SimulatedRobot::new(settings, &first)?) } else { None };
         if closed_loop {
-            report.replaced = playlist.robot_states();
+            report.replaced = playlist.counts().robot_states;
         }
         Ok(Self {
             truth: Truth::new(settings.robot.radius_m, first.position_in_odom_m),
@@ -142,6 +153,11 @@ impl McapSource {
             messages: self.playlist.entries.len(),
         })?;
         Ok(self)
+    }
+
+    /// How much one playback holds, all passes together.
+    pub fn counts(&self) -> PlaybackCounts {
+        self.playlist.counts()
     }
 
     /// What became of the recording's messages.

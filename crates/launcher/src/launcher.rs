@@ -1,10 +1,10 @@
 //! The children as operating-system processes.
 
 use std::{
-    collections::HashSet,
     fs::{File, OpenOptions},
     marker::PhantomData,
     os::unix::process::CommandExt,
+    path::PathBuf,
     process::{Child as OsChild, Command, ExitStatus, Stdio},
     time::Duration,
 };
@@ -35,6 +35,7 @@ pub struct StopReport {
 #[derive(Debug)]
 pub struct Launcher {
     domain: Domain,
+    log_dir: Option<PathBuf>,
     children: Vec<Supervised>,
     stopped: bool,
     not_send: PhantomData<*const ()>,
@@ -65,38 +66,48 @@ impl Launcher {
     /// # Errors
     /// [`LaunchError`]; children that were started before are stopped again.
     pub fn start(plan: Plan) -> Result<Self, LaunchError> {
-        let mut seen = HashSet::new();
-        if let Some(twice) = plan.children.iter().find(|child| !seen.insert(child.id)) {
-            return Err(LaunchError::Twice { id: twice.id });
-        }
         if let Some(folder) = &plan.log_dir {
             std::fs::create_dir_all(folder)
                 .map_err(|source| LaunchError::Log { path: folder.clone(), source })?;
         }
-        let mut launcher =
-            Self { domain: plan.domain, children: Vec::new(), stopped: false, not_send: PhantomData };
+        let mut launcher = Self {
+            domain: plan.domain,
+            log_dir: plan.log_dir,
+            children: Vec::new(),
+            stopped: false,
+            not_send: PhantomData,
+        };
         for child in plan.children {
-            let log = match &plan.log_dir {
-                None => None,
-                Some(folder) => {
-                    let path = folder.join(format!("{}.log", child.id));
-                    let opened = OpenOptions::new().create(true).append(true).open(&path);
-                    Some(opened.map_err(|source| LaunchError::Log { path, source })?)
-                }
-            };
-            let process = spawn(&child, log.as_ref(), &launcher.domain).map_err(|source| {
-                LaunchError::Spawn { id: child.id, program: child.program.clone(), source }
-            })?;
-            tracing::info!(id = %child.id, pid = process.id(), "started");
-            let supervisor = Supervisor::new(child.restart);
-            launcher.children.push(Supervised {
-                plan: child,
-                log,
-                supervisor,
-                state: State::Running(process),
-            });
+            launcher.add(child)?;
         }
         Ok(launcher)
+    }
+
+    /// Starts one more child, after those that run: one that needs them, or must not miss or delay what they do.
+    ///
+    /// # Errors
+    /// [`LaunchError`]; the other children run on.
+    pub fn add(&mut self, child: Child) -> Result<(), LaunchError> {
+        if self.children.iter().any(|other| other.plan.id == child.id) {
+            return Err(LaunchError::Twice { id: child.id });
+        }
+        let log = match &self.log_dir {
+            None => None,
+            Some(folder) => {
+                let path = folder.join(format!("{}.log", child.id));
+                let opened = OpenOptions::new().create(true).append(true).open(&path);
+                Some(opened.map_err(|source| LaunchError::Log { path, source })?)
+            }
+        };
+        let process = spawn(&child, log.as_ref(), &self.domain).map_err(|source| LaunchError::Spawn {
+            id: child.id,
+            program: child.program.clone(),
+            source,
+        })?;
+        tracing::info!(id = %child.id, pid = process.id(), "started");
+        let supervisor = Supervisor::new(child.restart);
+        self.children.push(Supervised { plan: child, log, supervisor, state: State::Running(process) });
+        Ok(())
     }
 
     /// Looks at every child, starts those again whose time has come, and tells what changed. Never blocks.

@@ -28,17 +28,11 @@ pub(crate) fn stay_on(processor: usize) {
 
 /// Refuses to go on at a real-time priority.
 pub(crate) fn refuse_real_time() -> Result<(), LoadError> {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    match policy(&stat) {
+    let stat = procfs::process::Process::myself().and_then(|process| process.stat());
+    match stat.ok().and_then(|stat| stat.policy) {
         Some(policy) if !HARMLESS_POLICIES.contains(&policy) => Err(LoadError::RealTime { policy }),
         Some(_) | None => Ok(()),
     }
-}
-
-/// The scheduling policy in `/proc/PID/stat`: field 41, of which two stand before the end of the program's name.
-fn policy(stat: &str) -> Option<u32> {
-    let (_, fields) = stat.rsplit_once(')')?;
-    fields.split_whitespace().nth(38)?.parse().ok()
 }
 
 /// Size of all last-level caches together, bytes; 0 if the kernel does not say.
@@ -65,16 +59,6 @@ fn cache(folder: &Path) -> Option<(u32, String, u64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_policy_is_found_behind_any_name() {
-        let fields: Vec<String> = (3..=52).map(|field| field.to_string()).collect();
-        let stat = format!("7 (a) b (c) {}", fields.join(" "));
-        assert_eq!(policy(&stat), Some(41));
-        assert_eq!(policy("7 (cut off) S 1"), None);
-        let own = std::fs::read_to_string("/proc/self/stat").expect("the kernel tells");
-        assert_eq!(policy(&own), Some(0), "tests run at the default policy");
-    }
 
     #[test]
     fn there_is_a_processor() {

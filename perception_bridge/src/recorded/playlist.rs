@@ -3,6 +3,7 @@
 use bytemuck::Zeroable;
 use messages::{Detection, Goal, RobotState};
 
+use super::PlaybackCounts;
 use crate::playback::Playback;
 
 /// Entries that a playlist may have, passes included: about 0.5 GB.
@@ -101,8 +102,19 @@ impl Playlist {
         Some(playlist)
     }
 
-    pub(super) fn robot_states(&self) -> u64 {
-        self.states.len() as u64
+    pub(super) fn counts(&self) -> PlaybackCounts {
+        let mut counts = PlaybackCounts::default();
+        for entry in &self.entries {
+            match entry.content {
+                Content::Robot(_) => counts.robot_states += 1,
+                Content::People { count, .. } => {
+                    counts.frames += 1;
+                    counts.people += u64::from(count);
+                }
+                Content::Goal(_) => {}
+            }
+        }
+        counts
     }
 
     /// People in the fullest frame.

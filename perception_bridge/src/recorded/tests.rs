@@ -484,6 +484,8 @@ fn passes_follow_each_other_as_one_recording() {
     assert!(found.is_sorted_by_key(|(valid_ns, _)| *valid_ns));
     assert!(thrice.length_ns() > 3 * once.length_ns());
     assert_eq!(thrice.status(60 * S).finished, 1);
+    assert_eq!(once.counts(), PlaybackCounts { robot_states: 10, frames: 10, people: 10 });
+    assert_eq!(thrice.counts(), PlaybackCounts { robot_states: 30, frames: 30, people: 30 });
     let sequences = found.iter().filter_map(|(_, event)| match event {
         BridgeEvent::Detections(frame) => Some((frame.stamp.sequence, frame.stamp.source_ns)),
         BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) => None,
