@@ -168,18 +168,18 @@ impl fmt::Display for Comparison {
                 writeln!(f, "  {difference}")?;
             }
         }
-        write!(f, "{:<26}", "change, µs then > now")?;
-        SHOWN.iter().try_for_each(|statistic| write!(f, "  {:<38}", statistic.label()))?;
+        write!(f, "{:<26}", "µs now, change")?;
+        SHOWN.iter().try_for_each(|statistic| write!(f, "  {:<27}", statistic.label()))?;
         for quantity in &self.quantities {
             write!(f, "\n{:<26}", quantity.quantity)?;
             for change in quantity.changes.iter().filter(|change| SHOWN.contains(&change.statistic)) {
-                write!(f, "  {:<38}", change.to_string())?;
+                write!(f, "  {:<27}", change.to_string())?;
             }
         }
         if self.has_intervals() {
             write!(
                 f,
-                "\nIn brackets {:.0} % intervals of the change, by bootstrap over {} and {} repeats; * where it excludes zero. \
+                "\nIn brackets {:.0} % intervals of the change in percent, by bootstrap over {} and {} repeats; * where it excludes zero. \
                  From few repeats they are too narrow rather than too wide.",
                 100.0 * CONFIDENCE,
                 self.old_repeats,
@@ -197,13 +197,13 @@ impl fmt::Display for Comparison {
 
 impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:.1} > {:.1}", self.old_ns as f64 / 1e3, self.new_ns as f64 / 1e3)?;
+        write!(f, "{:.1}", self.new_ns as f64 / 1e3)?;
         if let Some(share) = self.share() {
             write!(f, " {:+.1} %", 100.0 * share)?;
         }
         if let Some([low, high]) = self.ratio {
-            write!(f, " [{:+.0}, {:+.0}]", 100.0 * low, 100.0 * high)?;
+            write!(f, " [{:+.0},{:+.0}]", 100.0 * low, 100.0 * high)?;
         }
-        if self.is_sure() { f.write_str(" *") } else { Ok(()) }
+        if self.is_sure() { f.write_str("*") } else { Ok(()) }
     }
 }

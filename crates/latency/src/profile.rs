@@ -44,6 +44,8 @@ pub struct StartUp {
 /// Figures of one repeat.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct RepeatFigures {
+    /// When the measured time began, stack clock, ns; zero where everything was measured.
+    pub measured_from_ns: u64,
     /// Beginning of the measured time → last command, ns.
     pub duration_ns: u64,
     /// Filter cycles, misses, losses.
@@ -78,6 +80,7 @@ impl RepeatFigures {
         let first_ns = run.safe_commands.first().map_or(0, |command| command.ledger.filter_woke_ns);
         let last_ns = run.safe_commands.last().map_or(0, |command| command.ledger.filter_published_ns);
         Self {
+            measured_from_ns,
             duration_ns: last_ns.saturating_sub(measured_from_ns.max(first_ns)),
             counts: recorder.counts(),
             start_up: StartUp {

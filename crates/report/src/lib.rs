@@ -7,6 +7,7 @@
 //! * [`birds_eye_svg`] – one moment seen from above, as a picture.
 //! * [`explain`] – what the filter did at one time, and because of which obstacle; JSON and terminal text.
 //! * [`trace_zero_levels`] – the set h = 0 in the world frame, from barrier values that the caller computes.
+//! * [`profile_html`] – one self-contained page about where time goes, from the figures of crate `latency`.
 //! * [`model_figure_svg`] – slices of a value function and of the barrier that learned it, from values the caller samples.
 //!
 //! What is deliberately absent: the barrier itself (its values come in through a callback), files, ports, clocks.
@@ -25,6 +26,7 @@ mod level_set;
 mod model_figure;
 mod playback;
 mod plot;
+mod profile;
 mod record;
 mod spans;
 mod theme;
@@ -41,6 +43,7 @@ pub use html::{HtmlError, html};
 pub use intervention::{INTERVENTION_TOLERANCE, Interventions};
 pub use model_figure::{ModelFigure, ModelSlice, model_figure_svg};
 pub use plot::PlotError;
+pub use profile::{ProfilePage, profile_html};
 pub use record::{Moment, RunRecord};
 pub use spans::{Rung, Span};
 pub use verdict::{Outcome, TimeShares, Verdict};

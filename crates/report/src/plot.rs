@@ -1,11 +1,15 @@
 //! The report's plots as inline SVG: which curves they show. How they are drawn lies in the modules below.
 
 mod axis;
+mod gantt;
 mod latency;
+mod over_time;
 mod series;
 mod timeline;
 
+pub(crate) use gantt::{Gantt, GanttBar, GanttMark};
 pub(crate) use latency::latency_plot;
+pub(crate) use over_time::{TimedRepeat, latency_over_time};
 pub(crate) use series::worst_by_column;
 use series::{Curve, curve};
 use timeline::TimePlot;

@@ -9,7 +9,7 @@ use super::{Figure, PlotError, Role};
 
 const SIZE: (u32, u32) = (1160, 620);
 const FONT: f64 = 29.0;
-const ROLES: [Role; 5] = [Role::Blue, Role::Orange, Role::Green, Role::Red, Role::Purple];
+pub(super) const ROLES: [Role; 5] = [Role::Blue, Role::Orange, Role::Green, Role::Red, Role::Purple];
 
 /// Shortest latency the logarithmic axis shows, µs; shorter ones run along the lower edge.
 const SHORTEST_US: f64 = 0.1;
@@ -66,11 +66,12 @@ pub(crate) fn latency_plot(title: &str, named: &[(&'static str, &Latencies)]) ->
 fn points(latencies: &Latencies) -> Vec<(f64, f64)> {
     let count = latencies.count().max(2) as f64;
     let nines = |quantile: f64| -(1.0 - quantile.min(1.0 - 1.0 / count)).log10();
-    latencies
-        .curve()
-        .iter()
-        .map(|point| (nines(point.quantile), (point.value_ns as f64 / 1e3).max(SHORTEST_US).log10()))
-        .collect()
+    latencies.curve().iter().map(|point| (nines(point.quantile), logarithm(point.value_ns))).collect()
+}
+
+/// log10 µs.
+pub(super) fn logarithm(value_ns: u64) -> f64 {
+    (value_ns as f64 / 1e3).max(SHORTEST_US).log10()
 }
 
 fn percentile(nines: f64) -> String {
@@ -82,7 +83,8 @@ fn percentile(nines: f64) -> String {
     }
 }
 
-fn duration(power: f64) -> String {
+/// How a power of ten of a microsecond reads.
+pub(super) fn duration(power: f64) -> String {
     match power.round() as i32 {
         power @ ..3 => format!("{} µs", 10f64.powi(power)),
         power @ 3..6 => format!("{} ms", 10f64.powi(power - 3)),
