@@ -1,45 +1,66 @@
-//! `cncbf doctor`: what on this machine would spoil real time.
+//! `cncbf doctor`: what on this machine would spoil real time, what the kernel grants, and how punctual it is.
+
+mod output;
 
 use std::time::Duration;
 
+use messages::ProcessId;
 use node_runtime::Domain;
-use node_runtime::doctor::{Severity, measure_wake_up_lateness, probe};
-use serde::Serialize;
+use node_runtime::doctor::{Finding, Severity, Way, judge, measure_ways, probe, running};
+use node_runtime::realtime::{Grant, Request, try_out};
+use settings::{Settings, WaitKind};
 
 use crate::cli::DoctorArgs;
-use crate::common::settings_from;
+use crate::common::settings;
+use crate::progress::Bar;
+use output::Examination;
 
-/// Period at which wake-ups are measured: the filter's.
-const PERIOD: Duration = Duration::from_millis(4);
+/// The processes that ask for something.
+const ASKING: [ProcessId; 4] =
+    [ProcessId::Bridge, ProcessId::Estimator, ProcessId::Nominal, ProcessId::Filter];
 
-#[derive(Debug, Serialize)]
-struct Line {
-    severity: &'static str,
-    what: String,
-    advice: String,
-}
-
-#[derive(Debug, Serialize)]
-struct Lateness {
-    count: usize,
-    p50_us: f64,
-    p99_us: f64,
-    max_us: f64,
-    later_than_a_period: usize,
-}
-
-/// Looks at the machine. Success means: nothing found that makes a run miss deadlines or fail.
+/// Looks at the machine. Success means: nothing found that makes a run miss deadlines or fail, and the filter's rate held.
 pub(crate) fn doctor(args: &DoctorArgs) -> anyhow::Result<bool> {
     anyhow::ensure!(
         args.seconds.is_finite() && args.seconds > 0.0,
         "--seconds {} is no time; use a number > 0",
         args.seconds
     );
-    let mut findings = probe(&Domain::from_env()?);
-    let settings = settings_from(None)?;
+    let settings = settings(&args.process)?;
+    let domain = Domain::from_env()?;
+    let mut findings = probe(&domain);
+    findings.push(model(&settings)?);
+    let running = running(&domain, &args.process.instance)?;
+    let rights = ASKING.map(|process| (process, rights_of(&settings, process)));
+
+    let period = Duration::from_millis(settings.filter.period_ms);
+    let mut ways = Way::standard();
+    ways.push(own_way(&settings, period));
+    let bar = Bar::new("wake-ups", 1000);
+    let mut others = measure_ways(&ways, Duration::from_secs_f64(args.seconds), period, |share| {
+        bar.set((share * 1e3) as u64, String::new);
+    });
+    bar.finish();
+    let Some(own) = others.pop() else {
+        anyhow::bail!("nothing was measured; this is a defect of the build")
+    };
+
+    let verdict = judge(&own, &others, period);
+    let sound = verdict.held && findings.iter().all(|finding| finding.severity < Severity::Warning);
+    let examination = Examination { findings, rights, running, ways: others, own, verdict };
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&examination.to_json())?);
+    } else {
+        print!("{}", examination.to_text(&args.process.instance));
+    }
+    Ok(sound)
+}
+
+/// That the model loads, fits the settings and has a kernel here.
+fn model(settings: &Settings) -> anyhow::Result<Finding> {
     let model = cbf_filter::load_model(&settings.filter.model)?;
-    let filter = cbf_filter::SafetyFilter::new(&settings, &model)?;
-    findings.push(node_runtime::doctor::Finding {
+    let filter = cbf_filter::SafetyFilter::new(settings, &model)?;
+    Ok(Finding {
         severity: Severity::Good,
         what: format!(
             "evaluation kernel {}; model {} loads and fits",
@@ -47,51 +68,24 @@ pub(crate) fn doctor(args: &DoctorArgs) -> anyhow::Result<bool> {
             settings.filter.model
         ),
         advice: String::new(),
-    });
-    let lateness = lateness(args.seconds);
-    let warned = findings.iter().any(|finding| finding.severity == Severity::Warning);
-    let lines: Vec<_> = findings
-        .into_iter()
-        .map(|finding| Line {
-            severity: finding.severity.label(),
-            what: finding.what,
-            advice: finding.advice,
-        })
-        .collect();
-    if args.json {
-        println!(
-            "{}",
-            serde_json::to_string_pretty(
-                &serde_json::json!({ "findings": lines, "wake_up_lateness": lateness })
-            )?
-        );
-    } else {
-        for line in &lines {
-            println!("{:<8} {}", line.severity, line.what);
-            if !line.advice.is_empty() {
-                println!("         -> {}", line.advice);
-            }
-        }
-        println!(
-            "measured {} wake-ups every 4 ms: late by p50 {:.0} us, p99 {:.0} us, at most {:.0} us; {} later than a whole period",
-            lateness.count, lateness.p50_us, lateness.p99_us, lateness.max_us, lateness.later_than_a_period
-        );
-    }
-    Ok(!warned)
+    })
 }
 
-fn lateness(seconds: f64) -> Lateness {
-    let mut samples_ns = measure_wake_up_lateness(Duration::from_secs_f64(seconds), PERIOD);
-    samples_ns.sort_unstable();
-    let at = |share: f64| {
-        let index = ((samples_ns.len() as f64 * share) as usize).min(samples_ns.len().saturating_sub(1));
-        samples_ns.get(index).copied().unwrap_or(0) as f64 * 1e-3
-    };
-    Lateness {
-        count: samples_ns.len(),
-        p50_us: at(0.5),
-        p99_us: at(0.99),
-        max_us: at(1.0),
-        later_than_a_period: samples_ns.iter().filter(|&&late| u128::from(late) > PERIOD.as_nanos()).count(),
+/// What the kernel would grant `process`, tried out and given back.
+fn rights_of(settings: &Settings, process: ProcessId) -> Vec<Grant> {
+    try_out(&Request::of(settings.realtime.as_ref(), process), <[Grant]>::to_vec).unwrap_or_default()
+}
+
+/// The way that the settings ask for the filter.
+fn own_way(settings: &Settings, period: Duration) -> Way {
+    let entry = settings.realtime.as_ref().and_then(|realtime| realtime.filter.as_ref());
+    Way {
+        name: "as the settings ask for the filter".to_owned(),
+        request: Request::of(settings.realtime.as_ref(), ProcessId::Filter),
+        spin: match entry.map(|entry| (entry.wait, entry.spin_us)) {
+            Some((WaitKind::Spin, _)) => period,
+            Some((WaitKind::Listener, spin_us)) => Duration::from_micros(spin_us),
+            None => Duration::ZERO,
+        },
     }
 }

@@ -20,7 +20,7 @@ fn realtime_priority(limit: u64, capable: bool) -> Finding {
     } else {
         Finding::note(
             "this user may not use real-time priorities (no CAP_SYS_NICE, and RLIMIT_RTPRIO is 0)",
-            "add `USER - rtprio 80` to /etc/security/limits.conf and log in again",
+            "add `USER - rtprio 99` to /etc/security/limits.conf and log in again",
         )
     }
 }

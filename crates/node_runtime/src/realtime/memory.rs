@@ -75,7 +75,8 @@ pub(super) fn lock() -> Grant {
     };
     let outcome = mlockall(flags);
     let locked_kib = locked_kib().unwrap_or(0);
-    let locked = format!("{} MiB", locked_kib >> 10);
+    // The kernel counts reserved addresses as locked, which take no memory; what is in RAM now will stay there.
+    let locked = format!("{} MiB", status_kib("VmRSS:").unwrap_or(0) >> 10);
     match (outcome, limit) {
         (Ok(()), None) if locked_kib > 0 => {
             Grant::granted(Right::MemoryLock, asked, format!("{locked} locked"))
@@ -119,10 +120,13 @@ pub(super) fn unlock() {
     }
 }
 
-/// Locked memory of this process, KiB, as the kernel counts it.
+/// Locked addresses of this process, KiB, as the kernel counts them.
 pub(super) fn locked_kib() -> Option<u64> {
+    status_kib("VmLck:")
+}
+
+/// One line of this process' status, KiB.
+fn status_kib(key: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmLck:")?.trim().strip_suffix("kB")?.trim().parse().ok())
+    status.lines().find_map(|line| line.strip_prefix(key)?.trim().strip_suffix("kB")?.trim().parse().ok())
 }

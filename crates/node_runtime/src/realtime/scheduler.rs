@@ -46,8 +46,8 @@ fn advice(priority: u8) -> String {
             .to_owned()
     } else {
         format!(
-            "RLIMIT_RTPRIO is {limit}: add `USER - rtprio {priority}` to /etc/security/limits.conf and log in again, or \
-             LimitRTPRIO={priority} to the systemd unit, or --ulimit rtprio={priority} to the container"
+            "RLIMIT_RTPRIO is {limit}: add `USER - rtprio 99` to /etc/security/limits.conf and log in again, or LimitRTPRIO=99 \
+             to the systemd unit, or --ulimit rtprio=99 to the container"
         )
     }
 }
