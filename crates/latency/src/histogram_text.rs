@@ -61,6 +61,10 @@ impl TryFrom<Text> for Latencies {
         if found != stated {
             return Err(HistogramTextError::OtherCount { found, stated });
         }
+        if found > 0 && text.summary.min_ns > text.summary.max_ns {
+            let reason = "the smallest value exceeds the largest".to_owned();
+            return Err(HistogramTextError::Undecodable { reason });
+        }
         let min_ns = if found == 0 { u64::MAX } else { text.summary.min_ns };
         Ok(Self { values, negative: text.summary.negative, min_ns, max_ns: text.summary.max_ns })
     }

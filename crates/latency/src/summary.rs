@@ -76,7 +76,7 @@ pub struct Counts {
 impl Counts {
     /// Share of the timer's due times whose cycle began less than one period late, 0 to 1; nothing without due times.
     pub fn deadlines_kept(&self) -> Option<f64> {
-        let due = self.cycles - self.event_cycles + self.skipped;
+        let due = self.cycles.saturating_sub(self.event_cycles) + self.skipped;
         (due > 0).then(|| 1.0 - self.deadline_misses as f64 / due as f64)
     }
 

@@ -203,3 +203,21 @@ fn an_unknown_trigger_is_counted_without_a_due_time() {
     let lateness = figures.hops.iter().find(|of| of.hop == Hop::FilterLateness).unwrap();
     assert_eq!((lateness.latencies.count(), figures.counts.cycles > 0), (0, true));
 }
+
+#[test]
+fn figures_that_contradict_their_histogram_are_refused() {
+    let (figures, _) = profile(&[Plan::quiet(300, 12)]);
+    let mut bytes = Vec::new();
+    figures.write(&mut bytes).unwrap();
+    let whole: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+    for (field, value, hint) in [
+        ("count", 7, "are stated"),
+        ("min_ns", 1_000_000_000, "exceeds the largest"),
+        ("max_ns", 0, "exceeds the largest"),
+    ] {
+        let mut forged = whole.clone();
+        forged["repeats"][0]["hops"][0][field] = value.into();
+        let refused = ProfileFigures::read(forged.to_string().as_bytes()).unwrap_err().to_string();
+        assert!(refused.contains(hint), "{field}: {refused}");
+    }
+}

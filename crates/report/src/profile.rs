@@ -116,7 +116,8 @@ fn percentile_plots(figures: &ProfileFigures) -> Result<Vec<Figure>, PlotError> 
         wanted.iter().filter_map(|&hop| Some((hop.label(), figures.hop(hop)?))).collect()
     };
     let loops = |pick: fn(&LoopFigures) -> &Latencies| -> Vec<(&'static str, &Latencies)> {
-        figures.pooled.loops.iter().map(|of| (of.process.label(), pick(of))).collect()
+        let all = figures.pooled.loops.iter().map(|of| (of.process.label(), pick(of)));
+        all.filter(|(_, latencies)| latencies.count() > 0).collect()
     };
     let path = [Hop::EndToEnd, Hop::Bridge, Hop::BridgeToEstimator, Hop::Estimator, Hop::EstimatorToFilter];
     let filter = [

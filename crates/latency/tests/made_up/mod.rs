@@ -56,19 +56,19 @@ pub(crate) fn run(plan: &Plan) -> RunMessages {
         let due_ns = START_NS + index * PERIOD_NS;
         if plan.overslept > 0 && (plan.overslept..plan.overslept + 3).contains(&index) {
             skipped += 1;
-            continue;
+        } else {
+            let overslept = plan.overslept > 0 && index == plan.overslept + 3;
+            let late_ns = length_ns(plan, index, 1, 50_000.0) + if overslept { PERIOD_NS / 4 } else { 0 };
+            let tick = Ledger {
+                filter_due_ns: due_ns,
+                filter_woke_ns: due_ns + late_ns,
+                filter_trigger: Trigger::Timer.code(),
+                filter_skipped: if overslept { skipped } else { 0 },
+                ..newest
+            };
+            sequence += 1;
+            filter(plan, index, sequence, tick, &mut out);
         }
-        let overslept = plan.overslept > 0 && index == plan.overslept + 3;
-        let late_ns = length_ns(plan, index, 1, 50_000.0) + if overslept { PERIOD_NS / 4 } else { 0 };
-        let tick = Ledger {
-            filter_due_ns: due_ns,
-            filter_woke_ns: due_ns + late_ns,
-            filter_trigger: Trigger::Timer.code(),
-            filter_skipped: if overslept { skipped } else { 0 },
-            ..newest
-        };
-        sequence += 1;
-        filter(plan, index, sequence, tick, &mut out);
         if index % 5 == 2 {
             nominal(plan, index, due_ns + 1_300_000, &mut newest, &mut out);
         }

@@ -160,19 +160,22 @@ fn picture(moment: &Moment<'_>, what: &str) -> String {
         .collect();
     around.sort_by_key(|cycle| cycle.woke_ns);
 
+    let shown = |bar: &GanttBar| bar.to_ns >= window_ns.0 && bar.from_ns <= window_ns.1;
+    let stages = stage_bars(ledger).filter(shown);
     let gantt = Gantt {
         rows: ROWS.map(ProcessId::label).to_vec(),
         window_ns,
         zero_ns: from_ns,
-        bars: around.iter().filter_map(|cycle| cycle_bar(cycle)).chain(stage_bars(ledger)).collect(),
+        bars: around.iter().filter_map(|cycle| cycle_bar(cycle)).chain(stages).collect(),
         marks: marks(moment),
     };
     format!(
-        "<figure class=\"moment\"><figcaption><b>{}</b> {what}<span>repeat {}, after {:.3} s, command {}{}</span></figcaption>{}</figure>",
+        "<figure class=\"moment\"><figcaption><b>{}</b> {what}<span>repeat {}, after {:.3} s, command {}{}{}</span></figcaption>{}</figure>",
         time(moment.length_ns),
         moment.repeat,
         moment.at_s,
         moment.command.sequence,
+        breakdown(ledger),
         escaped(&disturbances(&around)),
         gantt.draw()
     )
@@ -250,6 +253,25 @@ fn marks(moment: &Moment<'_>) -> Vec<GanttMark> {
         marks.push(GanttMark { at_ns, role: Role::Grey, name: "due" });
     }
     marks
+}
+
+/// Where the time between detections and command went.
+fn breakdown(ledger: &Ledger) -> String {
+    let steps = [
+        ("bridge", ledger.detections_ingress_ns, ledger.detections_published_ns),
+        ("to estimator", ledger.detections_published_ns, ledger.estimator_received_ns),
+        ("estimator", ledger.estimator_received_ns, ledger.estimator_published_ns),
+        ("to filter", ledger.estimator_published_ns, ledger.filter_woke_ns),
+        ("compute", ledger.filter_woke_ns, ledger.filter_computed_ns),
+        ("hand over", ledger.filter_computed_ns, ledger.filter_published_ns),
+    ];
+    steps.iter().filter(|&&(_, from_ns, to_ns)| from_ns != 0 && to_ns >= from_ns).fold(
+        String::new(),
+        |mut text, &(name, from_ns, to_ns)| {
+            let _ = write!(text, " · {name} {}", time(to_ns - from_ns));
+            text
+        },
+    )
 }
 
 /// Who was pushed off or faulted meanwhile.
