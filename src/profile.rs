@@ -39,7 +39,7 @@ const PROCESSES: u32 = 4;
 
 /// Profiles. Success means: no process crashed, nobody interrupted, every budget kept.
 pub(crate) fn profile(args: &ProfileArgs) -> anyhow::Result<bool> {
-    let transport = choices::transport_label(args.transport)?;
+    let transport = choices::transport(args.transport)?.to_string();
     let mut settings = settings(&args.process)?;
     choices::apply(args, &mut settings);
     // A model that does not fit is refused here, before the processes refuse it one by one.
@@ -74,7 +74,7 @@ pub(crate) fn profile(args: &ProfileArgs) -> anyhow::Result<bool> {
     let judged = judge(&args.budget, &figures, comparable);
     let outcome = output::Outcome {
         figures: &figures,
-        playback,
+        passes: playback.passes(),
         notes: &notes,
         remarks: pace::remarks(&figures, &notes),
         comparison: comparable,

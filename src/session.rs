@@ -28,6 +28,10 @@ const AFTERMATH_NS: u64 = 700_000_000;
 /// Between two lines of progress where nobody watches a status line, ns.
 const REPORT_PERIOD_NS: u64 = 5_000_000_000;
 
+/// The processes whose words are recorded, in the order in which they are stopped.
+pub(crate) const SPEAKERS: [ProcessId; 4] =
+    [ProcessId::Filter, ProcessId::Nominal, ProcessId::Estimator, ProcessId::Bridge];
+
 /// What a live stack is made of.
 pub(crate) struct SessionPlan<'a> {
     /// Settings, as the children will read them.
@@ -144,8 +148,6 @@ fn start(plan: &SessionPlan<'_>) -> anyhow::Result<Launcher> {
 /// Stops everything but the recorder, the filter first, so that its last command ends the record; then the recorder, which
 /// has heard everything by then.
 fn stop(mut launcher: Launcher) -> StopReport {
-    const SPEAKERS: [ProcessId; 4] =
-        [ProcessId::Filter, ProcessId::Nominal, ProcessId::Estimator, ProcessId::Bridge];
     for id in SPEAKERS {
         launcher.terminate(id);
     }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use latency::Budget;
 use load_generator::LoadKind;
+use node_runtime::Transport;
 
 use super::ProcessArgs;
 
@@ -129,11 +130,11 @@ pub(crate) enum TransportName {
 }
 
 impl TransportName {
-    /// The name that processes read in their environment.
-    pub(crate) const fn label(self) -> &'static str {
+    /// What is to carry the messages.
+    pub(crate) const fn transport(self) -> Transport {
         match self {
-            Self::Iceoryx2 => "iceoryx2",
-            Self::Dds => "dds",
+            Self::Iceoryx2 => Transport::Iceoryx2,
+            Self::Dds => Transport::Dds,
         }
     }
 }

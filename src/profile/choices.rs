@@ -4,12 +4,10 @@ use std::os::unix::process::CommandExt;
 use std::process::Command;
 
 use anyhow::Context;
+use node_runtime::Transport;
 use settings::{FilterTrigger, ProcessRealtime, RealtimeSettings, SchedulerKind, Settings, WaitKind};
 
 use crate::cli::{ProfileArgs, TransportName, TriggerName, WaitName};
-
-/// Environment variable that every node reads.
-const TRANSPORT: &str = "CNCBF_TRANSPORT";
 
 /// Writes the choices of the command line into the settings.
 pub(super) fn apply(args: &ProfileArgs, settings: &mut Settings) {
@@ -89,18 +87,16 @@ pub(super) fn trigger_label(settings: &Settings) -> &'static str {
     }
 }
 
-/// What carries the messages, in one word. Another transport than that of the environment is put there, for this process and
-/// its children alike, by starting this program anew in its own place.
-pub(super) fn transport_label(chosen: Option<TransportName>) -> anyhow::Result<String> {
-    let current = std::env::var(TRANSPORT).unwrap_or_else(|_| TransportName::Iceoryx2.label().to_owned());
-    match chosen {
-        Some(transport) if transport.label() != current => {
+/// What carries the messages. Another transport than that of the environment is put there, for this process and its children
+/// alike, by starting this program anew in its own place.
+pub(super) fn transport(chosen: Option<TransportName>) -> anyhow::Result<Transport> {
+    let current = Transport::from_env()?;
+    match chosen.map(TransportName::transport) {
+        Some(other) if other != current => {
             let program = std::env::current_exe().context("cannot find this program's own file")?;
-            let error = Command::new(program)
-                .args(std::env::args_os().skip(1))
-                .env(TRANSPORT, transport.label())
-                .exec();
-            Err(error).context("cannot start this program anew with another transport")
+            let mut anew = Command::new(program);
+            anew.args(std::env::args_os().skip(1)).env(Transport::VARIABLE, other.to_string());
+            Err(anew.exec()).context("cannot start this program anew with another transport")
         }
         Some(_) | None => Ok(current),
     }

@@ -6,7 +6,6 @@ use std::path::Path;
 
 use anyhow::Context;
 use latency::{Comparison, Judged, ProfileFigures, RunMessages, write_hlog};
-use perception_bridge::Playback;
 use report::ProfilePage;
 use serde::Serialize;
 
@@ -18,17 +17,13 @@ use crate::cli::ProfileArgs;
 pub(super) struct Outcome<'a> {
     #[serde(flatten)]
     pub(super) figures: &'a ProfileFigures,
-    #[serde(serialize_with = "passes")]
-    pub(super) playback: Playback,
+    /// How often the recording is played in a row in each run.
+    pub(super) passes: u32,
     pub(super) notes: &'a [RepeatNotes],
     pub(super) remarks: Vec<String>,
     pub(super) comparison: Option<&'a Comparison>,
     #[serde(rename = "budgets")]
     pub(super) judged: &'a [Judged],
-}
-
-fn passes<S: serde::Serializer>(playback: &Playback, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map([("rate", playback.rate()), ("passes", f64::from(playback.passes()))])
 }
 
 impl Outcome<'_> {

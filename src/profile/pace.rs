@@ -41,11 +41,14 @@ pub(super) fn remarks(figures: &ProfileFigures, notes: &[RepeatNotes]) -> Vec<St
             ));
         }
         let lost: u64 = repeat.loops.iter().map(|of| of.lost_records).sum();
-        if lost + repeat.counts.lost_commands + note.unrecorded_at_end > 0 {
+        if lost + repeat.counts.lost_commands > 0 {
             say(format!(
-                "the record is not whole: {} commands, {lost} cycle records and {} cycles at the end are missing from it",
-                repeat.counts.lost_commands, note.unrecorded_at_end
+                "the record is not whole: {} commands and {lost} cycle records are missing from it",
+                repeat.counts.lost_commands
             ));
+        }
+        if !note.ends_unknown.is_empty() {
+            say(format!("the record lacks the end of {}", note.ends_unknown.join(", ")));
         }
         if note.crashes > 0 {
             say(format!(

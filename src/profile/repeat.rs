@@ -15,7 +15,7 @@ use super::load::Load;
 use super::memory::MemoryWatch;
 use crate::cli::Source;
 use crate::outcome::messages_of;
-use crate::session::{SessionPlan, run_stack};
+use crate::session::{SPEAKERS, SessionPlan, run_stack};
 
 /// What every repeat is told.
 pub(super) struct RepeatPlan<'a> {
@@ -41,8 +41,9 @@ pub(super) struct RepeatNotes {
     pub(super) frames_used: u64,
     /// Those between the first and the last used one on which none rests: newer ones overtook them.
     pub(super) frames_overtaken: u64,
-    /// Cycles that processes counted when they ended and that the record lacks after the last one it has.
-    pub(super) unrecorded_at_end: u64,
+    /// Processes that ended without a last word on record that counts its last recorded cycle: what they did at the end is
+    /// unknown.
+    pub(super) ends_unknown: Vec<&'static str>,
     /// Processes that ended unasked.
     pub(super) crashes: usize,
     /// Whether somebody ended the run early.
@@ -90,7 +91,7 @@ pub(super) fn run(plan: &RepeatPlan<'_>, number: u32, of: u32) -> anyhow::Result
         frames_published: ingress_ns.len() as u64,
         frames_used: ingress_ns.iter().filter(is_used).count() as u64,
         frames_overtaken: overtaken.count() as u64,
-        unrecorded_at_end: unrecorded_at_end(&run),
+        ends_unknown: ends_unknown(&run),
         crashes: end.crashes,
         interrupted: end.interrupted,
         load,
@@ -98,13 +99,15 @@ pub(super) fn run(plan: &RepeatPlan<'_>, number: u32, of: u32) -> anyhow::Result
     Ok((run, notes))
 }
 
-/// What processes counted in their last word and the record does not have.
-fn unrecorded_at_end(run: &RunMessages) -> u64 {
-    let of_process = |process: ProcessId| {
-        let counted = run.health.iter().filter(|health| health.process == process.code());
-        let counted = counted.max_by_key(|health| health.published_ns).map_or(0, |health| health.cycles);
-        let recorded = run.cycles.iter().filter(|cycle| cycle.process == process.code());
-        counted.saturating_sub(recorded.max_by_key(|cycle| cycle.woke_ns).map_or(0, |cycle| cycle.sequence))
+/// Processes of which the record lacks the end. Each says how many cycles it ran when it has ended, hence after the last one.
+fn ends_unknown(run: &RunMessages) -> Vec<&'static str> {
+    let knows_end = |process: &ProcessId| {
+        let cycles = run.cycles.iter().filter(|cycle| cycle.process == process.code());
+        let words = run.health.iter().filter(|health| health.process == process.code());
+        match (cycles.max_by_key(|cycle| cycle.woke_ns), words.max_by_key(|health| health.published_ns)) {
+            (Some(cycle), Some(word)) => word.published_ns >= cycle.done_ns && word.cycles == cycle.sequence,
+            _ => false,
+        }
     };
-    ProcessId::ALL.iter().map(|process| of_process(*process)).sum()
+    SPEAKERS.iter().filter(|process| !knows_end(process)).map(|process| process.label()).collect()
 }
