@@ -6,7 +6,7 @@ mod command;
 use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use command::{Said, at, cncbf, count, scratch};
 use node_runtime::{Domain, ScopedDomain};
@@ -84,10 +84,9 @@ fn a_time_that_is_none_is_refused() {
 #[test]
 fn a_running_process_tells_what_it_asked_and_got() {
     let domain = ScopedDomain::new();
-    let mut filter = cncbf(&domain, &scratch("doctor_filter"))
+    let filter = cncbf(&domain, &scratch("doctor_filter"))
         .args(["filter", "--instance", "patient"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
+        .env("RUST_LOG", "info")
         .spawn()
         .expect("the filter starts");
     let mut found = Value::Null;
@@ -99,9 +98,11 @@ fn a_running_process_tells_what_it_asked_and_got() {
         }
     }
     kill_process(Pid::from_child(&filter), Signal::TERM).expect("the filter runs");
-    filter.wait().expect("the filter ends");
+    let pid = filter.id();
+    let log = Said::of(filter.wait_with_output().expect("the filter ends")).err;
+    assert_eq!(log.matches("the kernel granted").count(), 1, "what was granted is logged once: {log}");
     assert_eq!(at(&found, "/running/0/process"), "filter");
-    assert_eq!(count(&found, "/running/0/pid"), u64::from(filter.id()));
+    assert_eq!(count(&found, "/running/0/pid"), u64::from(pid));
     let asked = list(&found, "/running/0/asked");
     assert!(asked.iter().any(|right| right == "fifo"), "{found}");
     // What the doctor is granted, the filter is granted.

@@ -75,9 +75,9 @@ fn throttling(runtime: Option<&str>, period: Option<&str>) -> Finding {
     let number = |text: Option<&str>| text?.parse::<f64>().ok();
     match (number(runtime), number(period)) {
         (Some(runtime_us), Some(period_us)) if runtime_us >= 0.0 && period_us > 0.0 => {
-            let share = 100.0 * runtime_us / period_us;
+            let share = 100.0 - 100.0 * runtime_us / period_us;
             Finding::good(format!(
-                "real-time threads get at most {share:.0} % of a processor, so that one that never sleeps cannot freeze the machine"
+                "real-time threads leave others {share:.0} % of a processor, so that one that never sleeps cannot freeze the machine"
             ))
         }
         (Some(_), _) => Finding::note(
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn throttling_is_told_as_a_share() {
-        assert!(throttling(Some("950000"), Some("1000000")).what.contains("95 %"));
+        assert!(throttling(Some("950000"), Some("1000000")).what.contains("others 5 %"));
         assert_eq!(throttling(Some("-1"), Some("1000000")).severity, Severity::Note);
         assert_eq!(throttling(None, None).severity, Severity::Note);
     }

@@ -69,11 +69,7 @@ fn touch_stack() {
 pub(super) fn lock() -> Grant {
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !can_lock_any_amount());
     let asked = "all memory, now and later".to_owned();
-    let flags = match limit {
-        None => MlockAllFlags::CURRENT | MlockAllFlags::FUTURE,
-        Some(_) => MlockAllFlags::CURRENT,
-    };
-    let outcome = mlockall(flags);
+    let outcome = mlockall(reach(limit));
     let locked_kib = locked_kib().unwrap_or(0);
     // The kernel counts reserved addresses as locked, which take no memory; what is in RAM now will stay there.
     let locked = format!("{} MiB", status_kib("VmRSS:").unwrap_or(0) >> 10);
@@ -105,6 +101,14 @@ pub(super) fn lock() -> Grant {
     }
 }
 
+/// Which memory to lock where `limit` bytes may be locked.
+const fn reach(limit: Option<u64>) -> MlockAllFlags {
+    match limit {
+        None => MlockAllFlags::CURRENT.union(MlockAllFlags::FUTURE),
+        Some(_) => MlockAllFlags::CURRENT,
+    }
+}
+
 fn advice(limit_bytes: u64) -> String {
     format!(
         "RLIMIT_MEMLOCK is {} KiB: add `USER - memlock unlimited` to /etc/security/limits.conf and log in again, or \
@@ -129,4 +133,22 @@ pub(super) fn locked_kib() -> Option<u64> {
 fn status_kib(key: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     status.lines().find_map(|line| line.strip_prefix(key)?.trim().strip_suffix("kB")?.trim().parse().ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn under_a_limit_what_comes_later_is_left_out_since_it_would_fail() {
+        assert!(reach(None).contains(MlockAllFlags::FUTURE));
+        assert_eq!(reach(Some(1 << 40)), MlockAllFlags::CURRENT);
+    }
+
+    #[test]
+    fn touched_heap_is_kept() {
+        // On a thread of its own, as a control thread that is not the main one; its arena must keep what is freed, too.
+        let grant = std::thread::spawn(prefault).join().unwrap();
+        assert!(grant.granted, "{grant:?}");
+    }
 }
