@@ -47,7 +47,7 @@ fn judge_on(
     }];
     if later_than_a_period > 0 {
         sentences.push(format!(
-            "{later_than_a_period} wake-ups were later than a whole period of {period_ms:.0} ms, each a cycle without a command."
+"Later than a whole period of {period_ms:.0} ms, at the price of a cycle each: {later_than_a_period} wake-ups."
         ));
     }
     if !held {
@@ -141,9 +141,13 @@ mod tests {
         let verdict = judge_on(&own, &[way("fifo", [100, 200, 300], 0)], PERIOD, false, true);
         assert!(!verdict.held);
         let text = verdict.sentences.join("\n");
-        for expected in
-            ["not held", "40 wake-ups were later", "to 16 or more (62 Hz)", "below 60 ms", "\"fifo\""]
-        {
+        for expected in [
+            "not held",
+            "price of a cycle each: 40 wake-ups",
+            "to 16 or more (62 Hz)",
+            "below 60 ms",
+            "\"fifo\"",
+        ] {
             assert!(text.contains(expected), "no `{expected}` in {text}");
         }
     }
