@@ -10,13 +10,17 @@ use node_runtime::{Node, Shutdown, Subscriber};
 use perception_bridge::Playback;
 use recording::{Recorder, RecordingInfo, WireMessage};
 
-use crate::cli::{BridgeArgs, ProcessArgs, RecordArgs};
+use crate::cli::{BridgeArgs, ProcessArgs, RecordArgs, Source};
 use crate::common::settings;
 
 /// Process 1.
 pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
     let settings = settings(&args.process)?;
     let playback = Playback::new(args.rate, args.passes)?;
+    anyhow::ensure!(
+        args.source != Source::Sim || playback == Playback::AS_RECORDED,
+        "--rate and --passes are for recordings; the simulated crowd has its own pace"
+    );
     let choice = args.source.choice(args.closed_loop, playback);
     perception_bridge::shell::run(&settings, &args.process.instance, &choice)?;
     Ok(true)

@@ -81,7 +81,7 @@ impl Live<'_> {
             folder: &folder,
             duration_s: self.duration_s,
         };
-        let end = run_stack(&plan, &mut |_, _| {})?;
+        let end = run_stack(&plan, &mut |_, _| Ok(()))?;
         let record = read_record(&recording, self.settings, self.title.clone())?;
         let verdict = Verdict::of(&record);
         write_report(&record, self.settings, &folder)?;

@@ -76,7 +76,7 @@ pub(crate) enum Moment {
 /// Starts the stack, watches it to its end, stops it. The record has the first command of the filter and its last.
 pub(crate) fn run_stack(
     plan: &SessionPlan<'_>,
-    look: &mut dyn FnMut(&Launcher, Moment),
+    look: &mut dyn FnMut(&Launcher, Moment) -> anyhow::Result<()>,
 ) -> anyhow::Result<SessionEnd> {
     let shutdown = Shutdown::install()?;
     let node = Node::open(plan.instance, ProcessId::Launcher)?;
@@ -105,9 +105,9 @@ pub(crate) fn run_stack(
         if watch.look(RealClock.now_ns(), plan.duration_s) {
             break false;
         }
-        look(&launcher, Moment::Running);
+        look(&launcher, Moment::Running)?;
     };
-    look(&launcher, Moment::Ending);
+    look(&launcher, Moment::Ending)?;
     watch.bar.finish();
     // Our own node must be gone before the launcher looks for what is left over.
     drop(watch);

@@ -158,6 +158,38 @@ fn at_another_rate_beside_other_work_the_bridge_plays_every_frame() {
     assert!(said.err.contains("other speeds"), "nothing was said about the rate: {}", said.err);
 }
 
+#[test]
+fn another_transport_carries_the_same_stack() {
+    let folder = scratch("profile_dds");
+    let options = ["--transport", "dds", "--instance", "profile_over_dds", "--repeat", "1", "--json"];
+    let said = profile(&folder, &demo(), &options);
+    assert_eq!(said.code, 0, "{}", said.err);
+    let figures = said.json();
+    assert_eq!(at(&figures, "/conditions/transport"), "dds");
+    assert!(count(&figures, "/notes/0/frames_used") > 0, "{}", at(&figures, "/notes"));
+}
+
+#[test]
+fn a_run_without_the_load_that_was_asked_for_is_no_measurement() {
+    let folder = scratch("profile_no_load");
+    // A real-time policy, which the load generator inherits and refuses.
+    let domain = ScopedDomain::new();
+    let mut command = Command::new("chrt");
+    command
+        .args(["--rr", "1", env!("CARGO_BIN_EXE_cncbf")])
+        .current_dir(&folder)
+        .env(node_runtime::Domain::VARIABLE, domain.prefix());
+    if !Command::new("chrt").args(["--rr", "1", "true"]).output().is_ok_and(|output| output.status.success())
+    {
+        println!("skipped: a real-time policy cannot be had here");
+        return;
+    }
+    let said =
+        Said::by(command, &[&"profile", &demo(), &"--load", &"cpu", &"--report", &folder.join("report")]);
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(said.err.contains("freeze the machine") && said.err.contains("ended"), "{}", said.err);
+}
+
 /// A recording that drives and, with `frames`, perceives that nobody is there.
 fn empty_world(file: &Path, frames: bool) {
     let info =

@@ -51,17 +51,24 @@ impl Load {
         Ok(Self { kind, child })
     }
 
+    /// # Errors
+    /// If it has ended: what runs now runs without load.
+    pub(super) fn ensure_it_runs(&mut self) -> anyhow::Result<()> {
+        match self.child.try_wait()? {
+            None => Ok(()),
+            Some(status) => {
+                anyhow::bail!("the load generator ({}) ended ({status}); it said why above", self.kind)
+            }
+        }
+    }
+
     /// Ends it and returns what it did.
     ///
     /// # Errors
-    /// If it had ended before: then part of the run was without load.
+    /// If it had ended before, or cannot tell what it did.
     pub(super) fn stop(mut self) -> anyhow::Result<LoadReport> {
         let kind = self.kind;
-        if let Some(status) = self.child.try_wait()? {
-            anyhow::bail!(
-                "the load generator ({kind}) ended too early ({status}); what it said stands above"
-            );
-        }
+        self.ensure_it_runs()?;
         kill_process(Pid::from_child(&self.child), Signal::TERM)?;
         let give_up_ns = RealClock.now_ns() + PATIENCE_NS;
         let status = loop {
@@ -74,10 +81,7 @@ impl Load {
             );
             std::thread::sleep(LOOK);
         };
-        anyhow::ensure!(
-            status.success(),
-            "the load generator ({kind}) failed ({status}); what it said stands above"
-        );
+        anyhow::ensure!(status.success(), "the load generator ({kind}) failed ({status}); it said why above");
         let mut said = String::new();
         self.child.stdout.take().context("its output is a pipe")?.read_to_string(&mut said)?;
         serde_json::from_str(&said).with_context(|| format!("the load generator said {said:?}"))

@@ -57,7 +57,7 @@ pub(super) fn run(plan: &RepeatPlan<'_>, number: u32, of: u32) -> anyhow::Result
     let folder = plan.folder.join(format!("repeat_{number}"));
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let recording = folder.join("run.mcap");
-    let load = plan.load.map(|kind| Load::start(kind, &folder)).transpose()?;
+    let mut load = plan.load.map(|kind| Load::start(kind, &folder)).transpose()?;
     let mut memory = MemoryWatch::default();
     let session = SessionPlan {
         settings: plan.settings,
@@ -71,7 +71,10 @@ pub(super) fn run(plan: &RepeatPlan<'_>, number: u32, of: u32) -> anyhow::Result
         folder: &folder,
         duration_s: plan.duration_s,
     };
-    let end = run_stack(&session, &mut |launcher, moment| memory.look(launcher, moment))?;
+    let end = run_stack(&session, &mut |launcher, moment| {
+        memory.look(launcher, moment);
+        load.as_mut().map_or(Ok(()), Load::ensure_it_runs)
+    })?;
     let load = load.map(Load::stop).transpose()?;
     let run = RunMessages {
         safe_commands: messages_of::<SafeCommand>(&recording)?,
