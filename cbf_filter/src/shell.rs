@@ -17,6 +17,7 @@ use crate::{Inputs, SafetyFilter, load_model};
 /// # Errors
 /// If the model cannot be used or a port cannot be opened; never once the loop runs.
 pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
+    let _span = tracing::error_span!("filter", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Filter)?;
     let mut process = FilterProcess::open(settings, &node)?;

@@ -19,6 +19,7 @@ use crate::{Inputs, NominalController};
 /// # Errors
 /// If the controller cannot be set up or a port cannot be opened; never once the loop runs.
 pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
+    let _span = tracing::error_span!("nominal", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Nominal)?;
     let mut process = NominalProcess::open(settings, &node)?;

@@ -20,6 +20,7 @@ use crate::{Estimator, EstimatorCounts};
 /// # Errors
 /// If a port cannot be opened; never once the loop runs.
 pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
+    let _span = tracing::error_span!("estimator", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Estimator)?;
     let mut process = EstimatorProcess::open(settings, &node)?;

@@ -27,6 +27,7 @@ pub use crate::source::SourceChoice;
 /// # Errors
 /// If the source cannot be opened or a port not be opened; never once the loop runs.
 pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow::Result<()> {
+    let _span = tracing::error_span!("bridge", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Bridge)?;
     let source = open_source(settings, choice)?;

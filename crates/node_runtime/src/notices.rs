@@ -35,9 +35,10 @@ impl Notices {
     pub fn start(say: fn(Reason)) -> Self {
         let board =
             Arc::new(Board { reason: AtomicU32::new(Reason::None.code()), stop: AtomicBool::new(false) });
-        let watched = Arc::clone(&board);
-        let thread =
-            std::thread::Builder::new().name("cncbf-notices".to_owned()).spawn(move || watched.tell(say));
+        let (watched, span) = (Arc::clone(&board), tracing::Span::current());
+        let thread = std::thread::Builder::new()
+            .name("cncbf-notices".to_owned())
+            .spawn(move || span.in_scope(|| watched.tell(say)));
         if let Err(error) = &thread {
             tracing::warn!(%error, "changes of state will not be logged");
         }
