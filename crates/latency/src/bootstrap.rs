@@ -157,6 +157,51 @@ mod tests {
     }
 
     #[test]
+    fn a_repeat_taken_twice_counts_twice() {
+        let repeats = [ramp(1_000, 7), ramp(50, 1), ramp(90_000, 1_001)];
+        let mut pooled = Latencies::new();
+        for index in [0, 0, 2] {
+            pooled.merge(&repeats[index]);
+        }
+        let found = Repeats::of(&repeats.each_ref()).figures_ns(&[2, 0, 1]);
+        let expected = Statistic::ALL.map(|statistic| pooled.statistic_ns(statistic).unwrap_or(0));
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn bounds_are_those_of_all_draws_counted_out() {
+        let old = [ramp(1_000, 1), ramp(1_400, 1), ramp(2_600, 1)];
+        let new = [ramp(1_300, 1), ramp(1_500, 2), ramp(3_000, 1)];
+        // Every one of the 27 ways to draw three of three, on each side.
+        let all = |repeats: &[Latencies; 3]| -> Vec<f64> {
+            let repeats = Repeats::of(&repeats.each_ref());
+            let mut medians = Vec::new();
+            for code in 0..27_usize {
+                let mut times = [0; 3];
+                for drawn in [code % 3, code / 3 % 3, code / 9] {
+                    times[drawn] += 1;
+                }
+                medians.push(repeats.figures_ns(&times)[0] as f64);
+            }
+            medians
+        };
+        let then = all(&old);
+        let mut changes: Vec<f64> =
+            all(&new).iter().flat_map(|now| then.iter().map(move |then| now - then)).collect();
+        changes.sort_by(f64::total_cmp);
+        let exact = |share: f64| changes[(share * changes.len() as f64) as usize];
+        let [low, high] =
+            intervals(&old.each_ref(), &new.each_ref()).expect("enough repeats")[0].difference_ns;
+        assert!((exact(0.015)..=exact(0.035)).contains(&low), "{low}: {} to {}", exact(0.015), exact(0.035));
+        assert!(
+            (exact(0.965)..=exact(0.985)).contains(&high),
+            "{high}: {} to {}",
+            exact(0.965),
+            exact(0.985)
+        );
+    }
+
+    #[test]
     fn equal_repeats_give_an_interval_without_width_and_too_few_give_none() {
         let (old, new) = (ramp(1_000, 1), ramp(2_000, 1));
         let found = intervals(&[&old; 3], &[&new; 4]).expect("enough repeats");

@@ -80,6 +80,9 @@ fn oldest_due_ns(ledger: &Ledger, period_ns: u64) -> Option<u64> {
     })
 }
 
+/// What the pictures of slow detections are about.
+const SLOWEST: &str = "detection to command";
+
 /// One moment worth a picture.
 struct Moment<'a> {
     run: &'a RunMessages,
@@ -109,10 +112,9 @@ pub(super) fn sections(page: &ProfilePage<'_>) -> String {
         |command, from_ns| command.ledger.filter_woke_ns.saturating_sub(from_ns),
     );
     let mut text = String::new();
-    for (title, what, moments) in [
-        ("The slowest detections", "detection to command", slowest),
-        ("The latest cycles of the filter", "late", latest),
-    ] {
+    for (title, what, moments) in
+        [("The slowest detections", SLOWEST, slowest), ("The latest cycles of the filter", "late", latest)]
+    {
         if !moments.is_empty() {
             let _ = write!(text, "<h3>{title}</h3>");
             for moment in &moments {
@@ -175,7 +177,7 @@ fn picture(moment: &Moment<'_>, what: &str) -> String {
         moment.repeat,
         moment.at_s,
         moment.command.sequence,
-        breakdown(ledger),
+        if what == SLOWEST { breakdown(ledger) } else { String::new() },
         escaped(&disturbances(&around)),
         gantt.draw()
     )
