@@ -38,6 +38,10 @@ fn three_repeats_give_curves_timelines_and_ten_worst_moments() {
     assert!(page.contains("Detection to command: p50"), "the headline");
     assert!(page.contains("Not in these figures: the start-up"));
     assert!(page.contains("fifo, memory lock"), "refused rights");
+    assert!(
+        page.contains("\nestimator\n</text>") && !page.contains("\nrecorder\n</text>"),
+        "rows with cycle records"
+    );
     // The latest cycle is the one that overslept, and its own record says that it skipped.
     let latest = page.split("The latest cycles of the filter").nth(1).unwrap();
     let first = latest.split("<figure").nth(1).unwrap();

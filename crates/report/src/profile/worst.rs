@@ -162,13 +162,17 @@ fn picture(moment: &Moment<'_>, what: &str) -> String {
         .collect();
     around.sort_by_key(|cycle| cycle.woke_ns);
 
+    let has_row = |process: ProcessId| {
+        process == ProcessId::Filter || moment.run.cycles.iter().any(|cycle| cycle.process == process.code())
+    };
+    let rows: Vec<ProcessId> = ROWS.into_iter().filter(|&process| has_row(process)).collect();
     let shown = |bar: &GanttBar| bar.to_ns >= window_ns.0 && bar.from_ns <= window_ns.1;
-    let stages = stage_bars(ledger).filter(shown);
+    let stages = stage_bars(&rows, ledger).filter(shown);
     let gantt = Gantt {
-        rows: ROWS.map(ProcessId::label).to_vec(),
+        rows: rows.iter().map(|process| process.label()).collect(),
         window_ns,
         zero_ns: from_ns,
-        bars: around.iter().filter_map(|cycle| cycle_bar(cycle)).chain(stages).collect(),
+        bars: around.iter().filter_map(|cycle| cycle_bar(&rows, cycle)).chain(stages).collect(),
         marks: marks(moment),
     };
     format!(
@@ -183,15 +187,15 @@ fn picture(moment: &Moment<'_>, what: &str) -> String {
     )
 }
 
-/// The processes of a picture, from top to bottom.
+/// The processes of a picture, from top to bottom; those without cycle records are left out.
 const ROWS: [ProcessId; 5] =
     [ProcessId::Bridge, ProcessId::Estimator, ProcessId::Nominal, ProcessId::Filter, ProcessId::Recorder];
 
-fn row_of(process: ProcessId) -> Option<usize> {
-    ROWS.iter().position(|&row| row == process)
+fn row_of(rows: &[ProcessId], process: ProcessId) -> Option<usize> {
+    rows.iter().position(|&row| row == process)
 }
 
-fn cycle_bar(cycle: &Cycle) -> Option<GanttBar> {
+fn cycle_bar(rows: &[ProcessId], cycle: &Cycle) -> Option<GanttBar> {
     let process = ProcessId::try_from(cycle.process).ok()?;
     let disturbed = cycle.involuntary_switches + cycle.minor_faults + cycle.major_faults > 0;
     let (by, role) = match Trigger::try_from(cycle.trigger) {
@@ -200,7 +204,7 @@ fn cycle_bar(cycle: &Cycle) -> Option<GanttBar> {
         Err(_) => ("?", Role::Grey),
     };
     Some(GanttBar {
-        row: row_of(process)?,
+        row: row_of(rows, process)?,
         from_ns: cycle.woke_ns,
         to_ns: cycle.done_ns,
         role: if disturbed { Role::Red } else { role },
@@ -222,7 +226,7 @@ fn cycle_bar(cycle: &Cycle) -> Option<GanttBar> {
 }
 
 /// What this command's own inputs went through.
-fn stage_bars(ledger: &Ledger) -> impl Iterator<Item = GanttBar> {
+fn stage_bars(rows: &[ProcessId], ledger: &Ledger) -> impl Iterator<Item = GanttBar> {
     let stages = [
         (
             ProcessId::Bridge,
@@ -238,7 +242,7 @@ fn stage_bars(ledger: &Ledger) -> impl Iterator<Item = GanttBar> {
     stages.into_iter().filter(|&(_, _, from_ns, to_ns)| from_ns != 0 && to_ns >= from_ns).filter_map(
         |(process, what, from_ns, to_ns)| {
             let hint = format!("{process} {what}: {}", time(to_ns - from_ns));
-            Some(GanttBar { row: row_of(process)?, from_ns, to_ns, role: Role::Ink, inner: true, hint })
+            Some(GanttBar { row: row_of(rows, process)?, from_ns, to_ns, role: Role::Ink, inner: true, hint })
         },
     )
 }
@@ -284,10 +288,10 @@ fn disturbances(around: &[&Cycle]) -> String {
         let pushed: u32 = own().map(|cycle| cycle.involuntary_switches).sum();
         let faults: u32 = own().map(|cycle| cycle.minor_faults + cycle.major_faults).sum();
         if pushed > 0 {
-            let _ = write!(text, " · {process} pushed off {pushed} times");
+            let _ = write!(text, " · {process} pushed off ×{pushed}");
         }
         if faults > 0 {
-            let _ = write!(text, " · {process} {faults} page faults");
+            let _ = write!(text, " · {process} page faults ×{faults}");
         }
     }
     text
