@@ -18,9 +18,8 @@
 //! [`Work`] is done, and the cycle is counted in [`messages::Health`] and recorded as [`messages::Cycle`].
 //!
 //! # Allocation
-//! After construction, receiving, waking, waiting, the pacing and the clocks allocate nothing. [`Publisher::send`] causes one
-//! allocation inside iceoryx2 (the loan). The exception: the first call after a peer has come or gone sets up or takes down the
-//! connection. `tests/allocations.rs` counts.
+//! After construction, sending, receiving, waking, waiting, the pacing and the clocks allocate nothing over iceoryx2. The
+//! exception: the first call after a peer has come or gone sets up or takes down the connection. `tests/allocations.rs` counts.
 //!
 //! # A whole process
 //! ```no_run

@@ -3,6 +3,8 @@
 //! Only this folder and the removal of leftovers know iceoryx2.
 
 mod publisher;
+mod recycled;
+mod service;
 mod services;
 mod stillborn;
 mod subscriber;
@@ -17,17 +19,17 @@ use iceoryx2::{
         subscriber::SubscriberCreateError,
     },
     prelude::SignalHandlingMode,
-    service::{ipc_threadsafe::Service, service_name::ServiceName},
+    service::service_name::ServiceName,
 };
 use messages::Message;
 
-use self::services::OpenFailure;
 pub(crate) use self::{
     publisher::Publisher,
     stillborn::StillbornWatch,
     subscriber::Subscriber,
     wake::{Listener, Waker},
 };
+use self::{service::Service, services::OpenFailure};
 use crate::{Clock, Domain, NodeError, RealClock, clock::nanoseconds, domain::quieten, leftovers};
 
 /// How long a port is retried while another process creates, removes or cleans up the same service.

@@ -1,14 +1,11 @@
 //! The sending end of a service in shared memory.
 
-use iceoryx2::{
-    port::{
-        LoanError, SendError, publisher::Publisher as IceoryxPublisher, update_connections::UpdateConnections,
-    },
-    service::ipc_threadsafe::Service,
+use iceoryx2::port::{
+    LoanError, SendError, publisher::Publisher as IceoryxPublisher, update_connections::UpdateConnections,
 };
 use messages::Message;
 
-use super::StillbornWatch;
+use super::{StillbornWatch, service::Service};
 use crate::PortError;
 
 #[derive(Debug)]

@@ -7,13 +7,13 @@ use iceoryx2::{
             event::{EventOpenError, EventOpenOrCreateError},
             publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError},
         },
-        ipc_threadsafe::Service,
         port_factory::{event, publish_subscribe},
         service_name::ServiceName,
     },
 };
 use messages::{Cycle, Health, Message};
 
+use super::Service;
 use crate::services::queue_length;
 
 /// Readers of one service: the processes, a recorder, a live view, two more.

@@ -1,9 +1,9 @@
 //! The receiving end of a service in shared memory.
 
-use iceoryx2::{port::subscriber::Subscriber as IceoryxSubscriber, service::ipc_threadsafe::Service};
+use iceoryx2::port::subscriber::Subscriber as IceoryxSubscriber;
 use messages::Message;
 
-use super::StillbornWatch;
+use super::{StillbornWatch, service::Service};
 
 #[derive(Debug)]
 pub(crate) struct Subscriber<T: Message> {

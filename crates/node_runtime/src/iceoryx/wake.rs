@@ -5,11 +5,10 @@ use std::os::fd::BorrowedFd;
 use iceoryx2::{
     port::{listener::Listener as IceoryxListener, notifier::Notifier},
     prelude::FileDescriptorBased,
-    service::ipc_threadsafe::Service,
 };
 use iceoryx2_cal::event::ListenerWaitError;
 
-use super::StillbornWatch;
+use super::{StillbornWatch, service::Service};
 use crate::Woken;
 
 #[derive(Debug)]
