@@ -35,9 +35,8 @@ fn every_event_has_what_its_phase_needs_and_times_never_fall() {
             "M" => assert!(event["args"]["name"].is_string() || event["args"]["sort_index"].is_u64()),
             "X" => assert!(event["dur"].as_f64().unwrap() >= 0.0),
             "C" => assert!(event["args"].as_object().unwrap().values().all(Value::is_number)),
-            "b" | "e" | "s" | "t" | "f" => {
-                assert!(event["id"].is_u64() && event["cat"].is_string(), "{event}");
-            }
+            "b" | "e" => assert!(event["id2"]["local"].is_string() && event["cat"].is_string(), "{event}"),
+            "s" | "t" | "f" => assert!(event["id"].is_u64() && event["cat"].is_string(), "{event}"),
             other => panic!("phase {other} is not one we write"),
         }
         if event["ph"] != "M" {
@@ -61,14 +60,14 @@ fn each_process_has_its_named_track_and_each_cycle_its_span() {
         assert_eq!(names[&u64::from(process.code())], process.label());
         let spans = of_phase(&events, "X")
             .iter()
-            .filter(|event| event["pid"] == process.code() && event["tid"] == 1)
+            .filter(|event| event["pid"] == process.code() && event["tid"] == 10 * process.code() + 1)
             .count();
         let cycles = run.cycles.iter().filter(|cycle| cycle.process == process.code()).count();
         assert_eq!(spans, cycles, "{process}");
     }
     let first = of_phase(&events, "X")
         .into_iter()
-        .find(|event| event["pid"] == ProcessId::Filter.code() && event["tid"] == 1)
+        .find(|event| event["pid"] == ProcessId::Filter.code() && event["tid"] == 41)
         .unwrap()
         .clone();
     let filter = run.cycles.iter().find(|cycle| cycle.process == ProcessId::Filter.code()).unwrap();
@@ -83,11 +82,12 @@ fn each_process_has_its_named_track_and_each_cycle_its_span() {
 fn hops_open_and_close_in_pairs_and_arrows_bind_to_spans() {
     let run = run(&Plan::quiet(600, 3));
     let events = events(&run);
-    let mut open: BTreeMap<u64, f64> = BTreeMap::new();
+    let mut open: BTreeMap<String, f64> = BTreeMap::new();
     for event in events.iter().filter(|event| event["cat"] == "hop") {
-        let (id, at_us) = (event["id"].as_u64().unwrap(), event["ts"].as_f64().unwrap());
+        let id = event["id2"]["local"].as_str().unwrap().to_owned();
+        let at_us = event["ts"].as_f64().unwrap();
         match event["ph"].as_str().unwrap() {
-            "b" => assert!(open.insert(id, at_us).is_none(), "hop {id} opened twice"),
+            "b" => assert!(open.insert(id, at_us).is_none(), "{event} opened twice"),
             _ => assert!(open.remove(&id).unwrap() <= at_us),
         }
     }

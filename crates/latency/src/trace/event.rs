@@ -3,8 +3,8 @@
 use messages::{Cycle, ProcessId, Reason, SafeCommand, SafetyStatus};
 use serde_json::{Value, json};
 
-/// Number of the group that holds hops: apart from every process' code.
-pub(super) const PATH_GROUP: u32 = 0;
+/// Number of the group that holds hops: apart from every process' code, and not zero, which viewers take for the idle process.
+pub(super) const PATH_GROUP: u32 = 100;
 
 /// Where an event is drawn.
 #[derive(Debug, Clone, Copy)]
@@ -18,12 +18,13 @@ pub(super) enum Track {
 }
 
 impl Track {
-    /// `(pid, tid)` of the format: codes, not numbers of the operating system, so that a restarted process keeps its track.
+    /// `(pid, tid)` of the format: codes, not numbers of the operating system, so that a restarted process keeps its track. No
+    /// track has its group's number, which would make it a main thread.
     const fn numbers(self) -> (u32, u32) {
         match self {
-            Self::Cycles(process) => (process.code(), 1),
-            Self::Stages(process) => (process.code(), 2),
-            Self::Path(group) => (group, 1),
+            Self::Cycles(process) => (process.code(), 10 * process.code() + 1),
+            Self::Stages(process) => (process.code(), 10 * process.code() + 2),
+            Self::Path(group) => (group, 10 * group + 1),
         }
     }
 }
@@ -96,12 +97,12 @@ impl Event<'_> {
                 set("dur", json!(microseconds(length_ns)));
             }
             Kind::Counter => set("ph", json!("C")),
-            Kind::HopBegins { id } => arrow(&mut set, "b", "hop", id),
-            Kind::HopEnds { id } => arrow(&mut set, "e", "hop", id),
-            Kind::ArrowBegins { id } => arrow(&mut set, "s", "path", id),
-            Kind::ArrowPasses { id } => arrow(&mut set, "t", "path", id),
+            Kind::HopBegins { id } => hop(&mut set, "b", id),
+            Kind::HopEnds { id } => hop(&mut set, "e", id),
+            Kind::ArrowBegins { id } => arrow(&mut set, "s", id),
+            Kind::ArrowPasses { id } => arrow(&mut set, "t", id),
             Kind::ArrowEnds { id } => {
-                arrow(&mut set, "f", "path", id);
+                arrow(&mut set, "f", id);
                 // Binds to the span around it, not to the next one.
                 set("bp", json!("e"));
             }
@@ -116,9 +117,17 @@ impl Event<'_> {
     }
 }
 
-fn arrow(set: &mut impl FnMut(&str, Value), phase: &str, category: &str, id: u64) {
+/// A hop's number holds within its group only: a global one would take it out of the group.
+fn hop(set: &mut impl FnMut(&str, Value), phase: &str, id: u64) {
     set("ph", json!(phase));
-    set("cat", json!(category));
+    set("cat", json!("hop"));
+    set("id2", json!({ "local": format!("{id:#x}") }));
+}
+
+/// An arrow's number holds across groups.
+fn arrow(set: &mut impl FnMut(&str, Value), phase: &str, id: u64) {
+    set("ph", json!(phase));
+    set("cat", json!("path"));
     set("id", json!(id));
 }
 
@@ -152,16 +161,18 @@ fn command_json(command: &SafeCommand) -> Value {
 /// Metadata events that name and order groups and tracks.
 pub(super) fn names() -> Vec<Value> {
     let meta = |name: &str, pid: u32, tid: u32, args: Value| json!({ "ph": "M", "name": name, "pid": pid, "tid": tid, "ts": 0, "args": args });
+    let (_, path) = Track::Path(PATH_GROUP).numbers();
     let mut all = vec![
-        meta("process_name", PATH_GROUP, 1, json!({ "name": "sensor to command" })),
-        meta("process_sort_index", PATH_GROUP, 1, json!({ "sort_index": 0 })),
+        meta("process_name", PATH_GROUP, path, json!({ "name": "sensor to command" })),
+        meta("process_sort_index", PATH_GROUP, path, json!({ "sort_index": 0 })),
     ];
-    for process in ProcessId::ALL {
-        let pid = process.code();
-        all.push(meta("process_name", pid, 1, json!({ "name": process.label() })));
-        all.push(meta("process_sort_index", pid, 1, json!({ "sort_index": pid })));
-        all.push(meta("thread_name", pid, 1, json!({ "name": "cycles" })));
-        all.push(meta("thread_name", pid, 2, json!({ "name": "stages" })));
+    for &process in ProcessId::ALL {
+        let (pid, cycles) = Track::Cycles(process).numbers();
+        let (_, stages) = Track::Stages(process).numbers();
+        all.push(meta("process_name", pid, cycles, json!({ "name": process.label() })));
+        all.push(meta("process_sort_index", pid, cycles, json!({ "sort_index": pid })));
+        all.push(meta("thread_name", pid, cycles, json!({ "name": "cycles" })));
+        all.push(meta("thread_name", pid, stages, json!({ "name": "stages" })));
     }
     all
 }
