@@ -31,8 +31,8 @@ use repeat::{RepeatNotes, RepeatPlan};
 
 pub(crate) use load::load_generator;
 
-/// Time that a stack needs until it plays, s: a repeated recording must not end before the duration that was asked for.
-const START_S: f64 = 2.0;
+/// A repeated recording is longer by this than the duration asked for, s: it is heard of some time after it has begun.
+const MARGIN_S: f64 = 1.0;
 
 /// Processes of a stack, each of which takes a core where it spins.
 const PROCESSES: u32 = 4;
@@ -142,7 +142,7 @@ fn playback(args: &ProfileArgs, settings: &Settings) -> anyhow::Result<(Playback
                 asked_s.is_finite() && asked_s > 0.0,
                 "--duration {asked_s} is no time; use a number of seconds > 0"
             );
-            ((asked_s + START_S) * args.rate / duration_s.max(1e-3)).ceil().max(1.0) as u32
+            ((asked_s + MARGIN_S) * args.rate / duration_s.max(1e-3)).ceil().max(1.0) as u32
         }
     };
     let playback = Playback::new(args.rate, passes)?;

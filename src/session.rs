@@ -23,6 +23,8 @@ const STOP_TIMEOUT: Duration = Duration::from_secs(3);
 const START_STOP_POLL: Duration = Duration::from_millis(2);
 /// How long the recorder may take until it listens, ns. Other work on the machine may keep it waiting.
 const RECORDER_PATIENCE_NS: u64 = 10_000_000_000;
+/// How long the source may take until it is heard of, ns.
+const SOURCE_PATIENCE_NS: u64 = 30_000_000_000;
 /// How long a stack runs on after its goal is reached, so that the stop is in the record, ns.
 const AFTERMATH_NS: u64 = 700_000_000;
 /// Between two lines of progress where nobody watches a status line, ns.
@@ -87,7 +89,8 @@ pub(crate) fn run_stack(
         source: None,
         heading: &plan.heading,
         bar: Bar::status(),
-        started_ns: RealClock.now_ns(),
+        give_up_ns: RealClock.now_ns() + SOURCE_PATIENCE_NS,
+        began_ns: None,
         reported_ns: RealClock.now_ns(),
         ends_at_goal: plan.closed_loop || *plan.source == Source::Sim,
         reached_ns: None,
@@ -213,7 +216,10 @@ struct Watch<'a> {
     command: Option<SafeCommand>,
     source: Option<SourceStatus>,
     bar: Bar,
-    started_ns: u64,
+    /// A source that was not heard of until then counts as playing.
+    give_up_ns: u64,
+    /// When the source was first heard of: a duration does not count the time that processes take to start.
+    began_ns: Option<u64>,
     reported_ns: u64,
     /// Whether reaching the goal ends the stack: not where a recorded robot drives on.
     ends_at_goal: bool,
@@ -226,6 +232,7 @@ impl Watch<'_> {
         self.command = self.commands.newest().or(self.command);
         self.source = self.status.newest().or(self.source);
         if let Some(source) = &self.source {
+            self.began_ns.get_or_insert(now_ns);
             self.bar.set(source.elapsed_ns, || line(self.heading, source, self.command.as_ref()));
             if !someone_watches() && now_ns - self.reported_ns >= REPORT_PERIOD_NS {
                 self.reported_ns = now_ns;
@@ -238,7 +245,7 @@ impl Watch<'_> {
                 return true;
             }
         }
-        let elapsed_s = (now_ns - self.started_ns) as f64 * 1e-9;
+        let elapsed_s = now_ns.saturating_sub(self.began_ns.unwrap_or(self.give_up_ns)) as f64 * 1e-9;
         duration_s.is_some_and(|limit_s| elapsed_s >= limit_s)
             || self.reached_ns.is_some_and(|reached_ns| now_ns - reached_ns >= AFTERMATH_NS)
     }

@@ -37,7 +37,7 @@ pub(crate) struct ProfileArgs {
     /// Runs of which each has its own figures; from three on, changes get confidence intervals
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) repeat: u32,
-    /// Length of each run, s [default: until the recording ends]
+    /// Length of each run from its first sensor message, s [default: until the recording ends]
     #[arg(long, value_name = "S")]
     pub(crate) duration: Option<f64>,
     /// Other work for the machine meanwhile, in a process of its own
