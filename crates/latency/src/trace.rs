@@ -15,8 +15,7 @@ use crate::loops::LoopFollower;
 use crate::{Hop, RunMessages};
 use event::{Detail, Event, Kind, PATH_GROUP, Track};
 
-/// Writes the trace of one run. Commands without an accepted trigger or stamps that never came are left out where they have no
-/// place in time.
+/// Writes the trace of one run. Stages and hops whose stamps never came have no place in time and are left out.
 ///
 /// # Errors
 /// What the writer fails with.
