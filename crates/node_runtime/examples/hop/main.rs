@@ -8,6 +8,9 @@
 //! * `dds`: this crate's ports over DDS
 //!
 //! `cargo run --release -p node_runtime --example hop -- --count 5000`
+//!
+//! `--fifo` is for the threads that send and receive; DDS has threads of its own on the path, which it leaves behind. To give
+//! all of them the class, start the program under `chrt -f 80` instead.
 
 mod bare;
 mod message;
