@@ -1,7 +1,8 @@
 //! Time of one evaluation, by kernel and number of obstacles: `cargo bench -p barrier`.
 //!
 //! `network` is residual and gradient alone, `values` the residual alone, `composite` everything that a cycle takes
-//! before its quadratic program. Instructions are counted by `examples/count.rs`.
+//! before its quadratic program. The whole cycle is in the workspace's `benches/steps.rs`; instructions are counted by its
+//! `examples/instructions.rs`.
 #![allow(clippy::unwrap_used, missing_docs)] // a benchmark may panic
 
 use std::path::Path;
@@ -11,7 +12,7 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use dynamics::{InputBox, UnicyclePair};
 
-const OBSTACLES: [usize; 4] = [1, 8, 20, 64];
+const OBSTACLES: [usize; 5] = [1, 5, 15, 20, 64];
 
 fn main() {
     divan::main();
