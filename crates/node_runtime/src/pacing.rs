@@ -74,6 +74,11 @@ impl Pacing {
         Some(tick)
     }
 
+    /// Has no cycle due before `due_ns`, for a loop that could not begin yet.
+    pub fn no_earlier_than(&mut self, due_ns: u64) {
+        self.schedule.set_due(due_ns.max(self.schedule.next_due_ns()));
+    }
+
     /// Has the next cycle due at `due_ns` if it were due later, for a process whose work itself says when.
     pub fn no_later_than(&mut self, due_ns: u64) {
         self.schedule.set_due(due_ns.min(self.schedule.next_due_ns()));
@@ -113,6 +118,15 @@ mod tests {
         assert_eq!(pacing.begin(1_059, false), None);
         assert_eq!(pacing.begin(1_060, false), Some(Tick::timer(1_060, 1_060)));
         assert_eq!(pacing.next_due_ns(), 1_160);
+    }
+
+    #[test]
+    fn what_could_not_begin_yet_is_not_late() {
+        let mut pacing = Pacing::timer(1_000, PERIOD);
+        pacing.no_earlier_than(5_030);
+        pacing.no_earlier_than(2_000);
+        assert_eq!(pacing.begin(5_031, false), Some(Tick::timer(5_030, 5_031)));
+        assert_eq!(pacing.next_due_ns(), 5_130);
     }
 
     #[test]

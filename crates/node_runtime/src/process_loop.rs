@@ -54,7 +54,7 @@ impl ProcessLoop {
     pub fn run(
         &mut self,
         work: &mut impl Work,
-        pacing: Pacing,
+        mut pacing: Pacing,
         wake_up: Option<WakeUp>,
         realtime: Option<&ProcessRealtime>,
         shutdown: &Shutdown,
@@ -62,6 +62,8 @@ impl ProcessLoop {
         let granted = enter(&realtime.map_or_else(Request::nothing, Request::from));
         let (asked, got) = granted.flags();
         self.health.realtime(asked, got);
+        // Locking memory takes a while, in which nothing was due.
+        pacing.no_earlier_than(RealClock.now_ns());
         let mut pacer = Pacer::new(pacing, wake_up, waiting(realtime));
         while !shutdown.requested() {
             let tick = match work.next_due_ns() {
