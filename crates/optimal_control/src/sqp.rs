@@ -15,6 +15,8 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 const HALVING_LIMIT: u32 = 12;
 /// A promised decrease below this share of the cost is not worth having.
 const RELATIVE_DECREASE: f64 = 1e-10;
+/// Where the cost after a full step is what the QP said, up to this share, the next QP would have as little to add.
+const MODEL_ERROR: f64 = 1e-8;
 
 /// Box-constrained optimal control with quadratic cost around one reference state.
 ///
@@ -197,6 +199,7 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
         if largest <= self.settings.step_tolerance || -slope <= RELATIVE_DECREASE * report.cost {
             return Some(SqpStatus::Converged);
         }
+        let promised_cost = report.cost + slope + curvature(&self.stages, change);
         let mut length = 1.0;
         for _ in 0..=HALVING_LIMIT {
             for (k, trial) in self.trial_controls.iter_mut().enumerate() {
@@ -212,7 +215,8 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
                 std::mem::swap(&mut self.controls, &mut self.trial_controls);
                 std::mem::swap(&mut self.states, &mut self.trial_states);
                 report.cost = trial_cost;
-                return None;
+                let as_promised = (trial_cost - promised_cost).abs() <= MODEL_ERROR * trial_cost;
+                return (length == 1.0 && as_promised).then_some(SqpStatus::Converged);
             }
             length *= 0.5;
         }
@@ -298,6 +302,19 @@ fn expand<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize>(
         };
         curvature = dynamics.curvature(&states[k], control, &costate);
     }
+}
+
+/// What a change along the linearised dynamics adds to the QP's cost beyond the slope.
+fn curvature<const NX: usize, const NU: usize>(stages: &[Stage<NX, NU>], change: &[f64]) -> f64 {
+    stages
+        .iter()
+        .zip(change.chunks_exact(NU + NX))
+        .map(|(stage, delta)| {
+            let control: f64 = (0..NU).map(|j| stage.hessian.0[j] * delta[j].powi(2)).sum();
+            let state: f64 = (0..NX).map(|i| stage.hessian.1[i] * delta[NU + i].powi(2)).sum();
+            control + state
+        })
+        .sum()
 }
 
 /// Half the derivative of the cost along a change that obeys the linearised dynamics.

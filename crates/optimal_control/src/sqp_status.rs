@@ -3,7 +3,8 @@
 /// Why the search stopped. Every variant leaves controls within their box and states that obey the dynamics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SqpStatus {
-    /// The last QP asked for no change, or promised none worth having.
+    /// The last QP asked for no change, promised none worth having, or described the whole step so well that another
+    /// would promise none.
     Converged,
     /// The iteration limit came first. The cost is no higher than the guess's.
     IterationLimit,

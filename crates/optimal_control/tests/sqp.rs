@@ -52,6 +52,15 @@ fn a_long_horizon_without_active_bounds_is_the_discrete_regulator() {
 }
 
 #[test]
+fn a_problem_that_is_its_own_model_takes_one_qp() {
+    let mut sqp = Sqp::new(Cart, cart_settings(), &[1.0, 0.0]).unwrap();
+    for start in [[1.3, -0.4], [-2.0, 1.0], [5.0, 0.0]] {
+        let report = sqp.solve(&start, &[0.0; 2]).unwrap();
+        assert_eq!((report.status, report.iterations), (SqpStatus::Converged, 1), "{start:?} {report:?}");
+    }
+}
+
+#[test]
 fn a_step_ends_at_the_box() {
     let mut settings = cart_settings();
     settings.control_min = [-0.5];
