@@ -143,6 +143,81 @@ pub fn anonymous(
     disc(&pose.position, odom_from_frame, radius.default_m)
 }
 
+/// One tracked object: its disc, and its velocity unless the orientation that this is given in is unknown.
+///
+/// # Errors
+/// As [`detection`].
+pub fn tracked(
+    message: &ros2::TrackedObject,
+    odom_from_frame: &Isometry3<f64>,
+    radius: RadiusRule,
+) -> Result<Detection, Reason> {
+    let kinematics = &message.kinematics;
+    let pose = &kinematics.pose_with_covariance;
+    let radius_m = radius.radius_m(&extent(&message.shape));
+    let mut detection = disc(&pose.pose.position, odom_from_frame, radius_m)?;
+    detection.track_id = uuid(&message.object_id);
+    let likeliest = message.classification.iter().max_by(|a, b| a.probability.total_cmp(&b.probability));
+    detection.class = likeliest.map_or(ObstacleClass::Unknown, |found| label(found.label)).code();
+    if let Some(covariance) = planar_covariance(&pose.covariance, odom_from_frame) {
+        detection.position_covariance_m2 = covariance;
+        detection.flags |= DetectionFlags::HAS_COVARIANCE;
+    }
+    if let Some(velocity) = tracked_velocity(kinematics, odom_from_frame) {
+        detection.velocity_in_odom_mps = velocity;
+        detection.flags |= DetectionFlags::HAS_VELOCITY;
+    }
+    Ok(detection)
+}
+
+/// Velocity of a tracked object in `odom`, m/s. The message gives it in the object's own frame.
+fn tracked_velocity(
+    kinematics: &ros2::TrackedObjectKinematics,
+    odom_from_frame: &Isometry3<f64>,
+) -> Option<[f64; 2]> {
+    if kinematics.is_stationary {
+        return Some([0.0; 2]);
+    }
+    if kinematics.orientation_availability != ros2::TrackedObjectKinematics::AVAILABLE {
+        return None;
+    }
+    let linear = &kinematics.twist_with_covariance.twist.linear;
+    let odom_from_object = odom_from_frame * pose_isometry(&kinematics.pose_with_covariance.pose).ok()?;
+    let velocity = odom_from_object.rotation * Vector3::new(linear.x, linear.y, linear.z);
+    let velocity = [velocity.x, velocity.y];
+    velocity.iter().all(|value| value.is_finite()).then_some(velocity)
+}
+
+/// Edges of a box around a shape, m; a prism's is the square that holds it however it is turned.
+fn extent(shape: &ros2::Shape) -> ros2::Vector3 {
+    match shape.r#type {
+        ros2::Shape::POLYGON => {
+            let reaches = shape.footprint.points.iter().map(|point| f64::from(point.x.hypot(point.y)));
+            let width = 2.0 * reaches.fold(0.0, f64::max);
+            ros2::Vector3 { x: width, y: width, z: shape.dimensions.z }
+        }
+        // Types of later versions have dimensions, too.
+        _ => shape.dimensions.clone(),
+    }
+}
+
+/// Identity of a track by its UUID; nil is none.
+fn uuid(id: &ros2::UUID) -> u64 {
+    if id.uuid == [0; 16] { 0 } else { fnv1a(&id.uuid) | HASHED_IDENTITY }
+}
+
+/// What an object is, by Autoware's labels.
+fn label(label: u8) -> ObstacleClass {
+    match label {
+        1..=ros2::ObjectClassification::TRAILER => ObstacleClass::Vehicle,
+        ros2::ObjectClassification::MOTORCYCLE | ros2::ObjectClassification::BICYCLE => {
+            ObstacleClass::Cyclist
+        }
+        ros2::ObjectClassification::PEDESTRIAN => ObstacleClass::Pedestrian,
+        _ => ObstacleClass::Unknown,
+    }
+}
+
 fn disc(place: &ros2::Point, odom_from_frame: &Isometry3<f64>, radius_m: f64) -> Result<Detection, Reason> {
     let centre = odom_from_frame * Point3::new(place.x, place.y, place.z);
     let position_in_odom_m = [centre.x, centre.y];
@@ -171,13 +246,14 @@ pub fn identity(name: &str) -> u64 {
     match name.parse::<u64>() {
         Ok(number) if number > 0 && number < HASHED_IDENTITY && number.to_string() == name => number,
         _ if name.is_empty() => 0,
-        Ok(_) | Err(_) => {
-            let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-                (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-            });
-            hash | HASHED_IDENTITY
-        }
+        Ok(_) | Err(_) => fnv1a(name.as_bytes()) | HASHED_IDENTITY,
     }
+}
+
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
 }
 
 /// What an object is, by the class names in common use.
@@ -285,6 +361,42 @@ mod tests {
         message.bbox.center.position.x = 0.0;
         message.results[0].pose.pose.position = Point::default();
         assert_eq!(place(&message), Ok(([0.0, 0.0], 0.3)), "both at the origin: there it is");
+    }
+
+    #[test]
+    fn a_tracked_object_brings_its_velocity_from_its_own_frame() {
+        let mut message = ros2::TrackedObject::default();
+        message.object_id.uuid[15] = 7;
+        message.shape.dimensions = ros2::Vector3 { x: 0.6, y: 0.6, z: 1.8 };
+        message.classification = vec![
+            ros2::ObjectClassification { label: 1, probability: 0.2 },
+            ros2::ObjectClassification { label: 7, probability: 0.7 },
+        ];
+        let kinematics = &mut message.kinematics;
+        kinematics.pose_with_covariance.pose.position = Point { x: 2.0, y: 1.0, z: 0.0 };
+        kinematics.pose_with_covariance.pose.orientation = ros2::Quaternion::from_heading(0.5);
+        kinematics.twist_with_covariance.twist.linear.x = 1.2;
+        // The frame is turned by a quarter in odom.
+        let quarter = isometry([0.0; 3], &ros2::Quaternion::from_heading(std::f64::consts::FRAC_PI_2));
+        let quarter = quarter.expect("a proper pose");
+        let found = tracked(&message, &quarter, RULE).expect("finite");
+        assert_eq!(found.flags & DetectionFlags::HAS_VELOCITY, 0, "a speed along an unknown direction");
+        message.kinematics.orientation_availability = 2;
+        let found = tracked(&message, &quarter, RULE).expect("finite");
+        let heading = 0.5 + std::f64::consts::FRAC_PI_2;
+        for (value, expected) in found.velocity_in_odom_mps.iter().zip([heading.cos(), heading.sin()]) {
+            assert!((value - 1.2 * expected).abs() < 1e-12);
+        }
+        assert_eq!(found.flags, DetectionFlags::HAS_VELOCITY);
+        assert_eq!((found.radius_m, found.class), (0.3, ObstacleClass::Pedestrian.code()));
+        assert_ne!(found.track_id, 0);
+        message.shape.r#type = ros2::Shape::POLYGON;
+        message.shape.footprint.points = vec![ros2::Point32 { x: 0.3, y: -0.4, z: 0.0 }];
+        let found = tracked(&message, &quarter, RULE).expect("finite");
+        assert!((found.radius_m - 0.5).abs() < 1e-6);
+        message.kinematics.is_stationary = true;
+        assert_eq!(tracked(&message, &quarter, RULE).expect("finite").velocity_in_odom_mps, [0.0; 2]);
+        assert_eq!(uuid(&ros2::UUID::default()), 0);
     }
 
     #[test]

@@ -8,6 +8,9 @@ use nalgebra::Isometry3;
 /// Longer chains than any robot has; a tree that bites its tail ends here.
 const MAX_CHAIN: usize = 64;
 
+/// More frames than any robot has; what names ever new ones is broken.
+const MAX_FRAMES: usize = 1024;
+
 /// A frame on the way up, with the transform into it unless a measurement on the way is too old.
 type Ancestor<'a> = (&'a str, Option<Isometry3<f64>>);
 
@@ -41,13 +44,26 @@ impl Frames {
         self.edges.contains_key(plain(child))
     }
 
+    /// Forgets where `child` lies in another frame.
+    pub fn remove(&mut self, child: &str) {
+        self.edges.remove(plain(child));
+    }
+
+    /// Forgets measurements before `time_ns`, but of each frame the newest: for who listens without end.
+    pub fn forget_before(&mut self, time_ns: u64) {
+        for edge in self.edges.values_mut() {
+            let old = edge.samples.partition_point(|(sample_ns, _)| *sample_ns < time_ns);
+            edge.samples.drain(..old.min(edge.samples.len().saturating_sub(1)));
+        }
+    }
+
     /// Takes in where `child` lay in `parent` at `time_ns`; a static transform holds at any time,
     /// and one said again replaces itself. The first parent and kind of a child are kept: one stray transform must not cost
     /// all those measured before it.
     ///
     /// # Errors
     /// [`Reason::MalformedInput`] if a frame has no name or is its own parent, or if the child is known under another parent
-    /// or as the other kind, static or moving.
+    /// or as the other kind, static or moving. [`Reason::CapacityExceeded`] if there are more frames than any robot has.
     pub fn insert(
         &mut self,
         parent: &str,
@@ -59,6 +75,9 @@ impl Frames {
         let (parent, child) = (plain(parent), plain(child));
         if parent.is_empty() || child.is_empty() || parent == child {
             return Err(Reason::MalformedInput);
+        }
+        if self.edges.len() >= MAX_FRAMES && !self.edges.contains_key(child) {
+            return Err(Reason::CapacityExceeded);
         }
         let edge = self.edges.entry(child.to_owned()).or_insert_with(|| Edge {
             parent: parent.to_owned(),
@@ -208,6 +227,37 @@ mod tests {
         // A static transform said again replaces itself.
         frames.insert("base_link", "laser", 5, at(0.7, 0.0, 0.0), true).expect("well-formed");
         assert_eq!(place(&frames, "odom", "laser", 1_000 * MS), Ok([1.7, 0.0]));
+    }
+
+    #[test]
+    fn what_is_old_is_forgotten_but_the_newest_stays() {
+        let mut frames = tree();
+        frames.forget_before(1_050 * MS);
+        assert_eq!(
+            place(&frames, "odom", "base_link", 1_040 * MS),
+            Ok([2.0, 0.0]),
+            "only the later one is left"
+        );
+        frames.forget_before(9_000 * MS);
+        assert_eq!(
+            place(&frames, "odom", "map", 9_000 * MS),
+            Ok([-5.0, 0.0]),
+            "static frames hold at any time"
+        );
+        assert_eq!(place(&frames, "odom", "base_link", 1_100 * MS), Ok([2.0, 0.0]));
+        frames.remove("base_link");
+        assert_eq!(place(&frames, "odom", "base_link", 1_100 * MS), Err(Reason::NoTransform));
+    }
+
+    #[test]
+    fn ever_new_frames_are_refused() {
+        let mut frames = Frames::new(MS);
+        for number in 0..MAX_FRAMES {
+            frames.insert("odom", &format!("f{number}"), 0, at(0.0, 0.0, 0.0), true).expect("room");
+        }
+        let more = |frames: &mut Frames, name: &str| frames.insert("odom", name, 1, at(1.0, 0.0, 0.0), true);
+        assert_eq!(more(&mut frames, "one_more"), Err(Reason::CapacityExceeded));
+        assert_eq!(more(&mut frames, "f7"), Ok(()));
     }
 
     #[test]

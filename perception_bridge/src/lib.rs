@@ -14,6 +14,7 @@ mod command_sink;
 pub mod decode;
 mod frames;
 mod nearest;
+mod plausible;
 mod playback;
 mod recorded;
 pub mod shell;

@@ -6,7 +6,7 @@ use crate::cdr;
 use crate::refusal::RefusalReason;
 use crate::ros2::{
     AccelStamped, Detection3DArray, Float64, MarkerArray, Odometry, PoseArray, PoseStamped, Ros2Message,
-    TFMessage, TwistStamped, wire_signature,
+    TFMessage, TrackedObjects, TwistStamped, wire_signature,
 };
 use crate::wire::WireMessage;
 
@@ -69,6 +69,8 @@ recorded_kinds! {
     Detections(Detection3DArray),
     /// Who was seen, positions only.
     Poses(PoseArray),
+    /// Who was followed, with identities, shapes and velocities.
+    Tracked(TrackedObjects),
     /// A pose, usually a goal.
     Pose(PoseStamped),
     /// A velocity command.

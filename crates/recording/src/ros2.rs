@@ -5,6 +5,7 @@
 
 #[macro_use]
 mod definition;
+mod autoware_perception_msgs;
 mod builtin_interfaces;
 mod geometry_msgs;
 mod nav_msgs;
@@ -12,20 +13,26 @@ mod sensor_msgs;
 mod signature;
 mod std_msgs;
 mod tf2_msgs;
+mod unique_identifier_msgs;
 mod vision_msgs;
 mod visualization_msgs;
 
+pub use autoware_perception_msgs::{
+    ObjectClassification, Shape, TrackedObject, TrackedObjectKinematics, TrackedObjects,
+};
 pub use builtin_interfaces::{Duration, Time};
 pub use definition::{Field, Ros2Message};
 pub use geometry_msgs::{
-    Accel, AccelStamped, Point, Pose, PoseArray, PoseStamped, PoseWithCovariance, Quaternion, Transform,
-    TransformStamped, Twist, TwistStamped, TwistWithCovariance, Vector3,
+    Accel, AccelStamped, AccelWithCovariance, Point, Point32, Polygon, Pose, PoseArray, PoseStamped,
+    PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance,
+    Vector3,
 };
 pub use nav_msgs::Odometry;
 pub use sensor_msgs::CompressedImage;
 pub(crate) use signature::wire_signature;
 pub use std_msgs::{ColorRGBA, Float64, Header};
 pub use tf2_msgs::TFMessage;
+pub use unique_identifier_msgs::UUID;
 pub use vision_msgs::{
     BoundingBox3D, Detection3D, Detection3DArray, ObjectHypothesis, ObjectHypothesisWithPose,
 };

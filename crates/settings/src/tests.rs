@@ -19,6 +19,22 @@ fn shipped_files_are_accepted_and_survive_a_round_trip() {
 }
 
 #[test]
+fn a_ros2_graph_may_be_described_and_survives_a_round_trip() {
+    let table = "[source.ros2]\nnode_name = \"filter\"\nnamespace = \"/robot1\"\n\
+                 obstacles = \"autoware_perception_msgs/TrackedObjects\"\nreliability = \"reliable\"\n\
+                 command_topic = \"cmd_vel\"\ncommand = \"geometry_msgs/TwistStamped\"\ncommand_period_ms = 20\n\n";
+    let settings = parse(&GROUND_ROBOT.replacen("[simulation]", &(table.to_owned() + "[simulation]"), 1));
+    let settings = settings.expect("valid");
+    let ros2 = settings.source.ros2.as_ref().expect("described");
+    assert_eq!((ros2.obstacles, ros2.command_period_ms), (ObstacleMessage::TrackedObjects, 20));
+    assert_eq!(
+        parse(&settings.to_toml().expect("has a TOML form")).expect("its own output is valid"),
+        settings
+    );
+    assert_eq!(parse(GROUND_ROBOT).expect("shipped").source.ros2, None, "nothing needs it");
+}
+
+#[test]
 fn an_unknown_key_is_named() {
     let text = GROUND_ROBOT.replace("[robot]", "[robot]\nradius_cm = 35.0");
     let message = parse(&text).expect_err("unknown key").to_string();

@@ -1,15 +1,9 @@
 //! From the sensors' clock to the recorder's: header stamps rule, log times are the fallback.
 
-use messages::Reason;
+use crate::plausible::plausible;
 
 /// Clocks closer together than this are the same one; what remains is the sensors' delay, which is physics, ns.
 const SAME_CLOCK_NS: i64 = 1_000_000_000;
-/// A stamp farther than this behind its log time, once the clocks are aligned, is no time of measurement, ns.
-const ABSURD_NS: u64 = 10_000_000_000;
-
-/// Nothing is measured after it was logged; clocks that are aligned jitter by no more than this, ns.
-const AHEAD_NS: u64 = 100_000_000;
-
 /// What is added to a stamp to bring it onto the recorder's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct ClockOffset(i64);
@@ -58,20 +52,6 @@ impl ClockOffset {
             Some(Err(_)) | None => MeasuredAt { time_ns: log_time_ns, is_log_time: true },
         }
     }
-}
-
-/// `time_ns` itself, if a message logged at `log_time_ns`, on the same clock, can have been made then.
-///
-/// # Errors
-/// [`Reason::FutureStamp`] if it lies too far after the log time, [`Reason::MalformedInput`] if absurdly far before.
-pub(super) fn plausible(log_time_ns: u64, time_ns: u64) -> Result<u64, Reason> {
-    if time_ns.saturating_sub(log_time_ns) > AHEAD_NS {
-        return Err(Reason::FutureStamp);
-    }
-    if log_time_ns.saturating_sub(time_ns) > ABSURD_NS {
-        return Err(Reason::MalformedInput);
-    }
-    Ok(time_ns)
 }
 
 /// `a − b`, cut to what fits.

@@ -9,12 +9,13 @@ use recording::{McapReader, RecordedKind, RecordedMessage, WireMessage};
 use settings::{Settings, SourceSettings};
 
 use super::IntakeReport;
-use super::clock::{ClockOffset, plausible};
+use super::clock::ClockOffset;
 use super::error::SourceError;
 use super::playlist::{Content, Entry, Playlist};
 use super::topics::Topics;
 use crate::decode::{self, RadiusRule};
 use crate::frames::Frames;
+use crate::plausible::plausible;
 
 const NS_PER_MS: u64 = 1_000_000;
 
@@ -68,6 +69,7 @@ fn header(kind: &RecordedKind) -> Option<&Header> {
         RecordedKind::Odometry(message) => Some(&message.header),
         RecordedKind::Detections(message) => Some(&message.header),
         RecordedKind::Poses(message) => Some(&message.header),
+        RecordedKind::Tracked(message) => Some(&message.header),
         RecordedKind::Pose(message) => Some(&message.header),
         _ => None,
     }
@@ -183,6 +185,17 @@ impl<'a> Intake<'a> {
                 self.take_people(
                     times,
                     people.map(|pose| decode::anonymous(pose, &odom_from_frame, radius)),
+                    0,
+                )
+            }
+            RecordedKind::Tracked(frame) => {
+                let times = self.times(message.log_time_ns, &frame.header);
+                let odom_from_frame = self.odom_from(&frame.header, times)?;
+                let radius = self.radius;
+                let people = frame.objects.iter();
+                self.take_people(
+                    times,
+                    people.map(|object| decode::tracked(object, &odom_from_frame, radius)),
                     0,
                 )
             }

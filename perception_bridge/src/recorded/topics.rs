@@ -8,6 +8,8 @@ use super::error::SourceError;
 const ODOMETRY: &[&str] = &["nav_msgs/msg/Odometry", "nav_msgs/Odometry"];
 const DETECTIONS: &[&str] = &["vision_msgs/msg/Detection3DArray", "vision_msgs/Detection3DArray"];
 const POSES: &[&str] = &["geometry_msgs/msg/PoseArray", "geometry_msgs/PoseArray"];
+const TRACKED: &[&str] =
+    &["autoware_perception_msgs/msg/TrackedObjects", "autoware_perception_msgs/TrackedObjects"];
 const GOALS: &[&str] = &["geometry_msgs/msg/PoseStamped", "geometry_msgs/PoseStamped"];
 const TRANSFORMS: &[&str] = &["tf2_msgs/msg/TFMessage", "tf2_msgs/TFMessage"];
 
@@ -22,7 +24,7 @@ pub(super) struct Topics {
 
 impl Topics {
     /// Chooses by the settings; where these leave it open, raw messages of this stack before ROS messages, which lose
-    /// velocities and classes, and detections with identities before mere poses.
+    /// velocities and classes, and what knows velocities before what knows identities before mere poses.
     pub(super) fn choose(reader: &McapReader, settings: &SourceSettings) -> Result<Self, SourceError> {
         let choice = Choice { reader };
         let odometry =
@@ -31,7 +33,7 @@ impl Topics {
             "source.detections_topic",
             &settings.detections_topic,
             "detections",
-            &[DETECTIONS, POSES],
+            &[TRACKED, DETECTIONS, POSES],
         )?;
         let goal = choice.named("source.goal_topic", &settings.goal_topic, "goals", &[GOALS])?;
         Ok(Self {
@@ -41,10 +43,11 @@ impl Topics {
                 .ok_or_else(|| choice.missing("odometry (nav_msgs/Odometry)"))?,
             detections: detections
                 .or_else(|| choice.wire("detections"))
+                .or_else(|| choice.first(TRACKED))
                 .or_else(|| choice.first(DETECTIONS))
                 .or_else(|| choice.first(POSES))
                 .ok_or_else(|| {
-                    choice.missing("detections (vision_msgs/Detection3DArray or geometry_msgs/PoseArray)")
+                    choice.missing("detections (TrackedObjects, Detection3DArray or PoseArray)")
                 })?,
             goal: goal.or_else(|| choice.wire("goal")).or_else(|| choice.first_goal()),
             transforms: choice.of_types(TRANSFORMS).map(|channel| channel.topic.clone()).collect(),

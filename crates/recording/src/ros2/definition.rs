@@ -54,6 +54,7 @@ primitive!(
     String => "string",
     // serde has no arrays of 36; nested rows have the same bytes.
     [[f64; 6]; 6] => "float64[36]",
+    [u8; 16] => "uint8[16]",
 );
 
 impl<T: Field> Field for Vec<T> {

@@ -99,6 +99,30 @@ ros_message! {
         angular: Vector3,
     }
 
+    /// An acceleration with the covariance of `[ax, ay, az, and those of the rotation]`.
+    "geometry_msgs/AccelWithCovariance" AccelWithCovariance {
+        /// The acceleration.
+        accel: Accel,
+        /// Row-major 6×6.
+        covariance: [[f64; 6]; 6],
+    }
+
+    /// A point in single precision, m.
+    "geometry_msgs/Point32" Point32 {
+        /// Along x.
+        x: f32,
+        /// Along y.
+        y: f32,
+        /// Along z.
+        z: f32,
+    }
+
+    /// A closed outline.
+    "geometry_msgs/Polygon" Polygon {
+        /// Its corners, in order.
+        points: Vec<Point32>,
+    }
+
     /// An acceleration with time and frame.
     "geometry_msgs/AccelStamped" AccelStamped {
         /// When and in which frame.

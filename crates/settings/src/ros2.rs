@@ -1,0 +1,152 @@
+//! How the bridge joins a live ROS 2 graph: names, message types, quality of service.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Checked, positive_ms, require};
+
+/// Longest time between two commands, ms: drivers stop their robot where none comes for half a second.
+const LONGEST_COMMAND_PERIOD_MS: u64 = 250;
+
+/// The bridge as a node of a ROS 2 graph. Which domain, and whether other machines are heard, the environment says
+/// (`ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`), as for every ROS 2 program.
+///
+/// A topic without a leading slash lies in the node's namespace; `/tf` and `/tf_static` never do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ros2Settings {
+    /// Name of the node.
+    pub node_name: String,
+    /// Its namespace, absolute.
+    pub namespace: String,
+    /// What arrives on the topic with obstacles.
+    pub obstacles: ObstacleMessage,
+    /// What is asked of the publishers of odometry and obstacles.
+    pub reliability: Reliability,
+    /// Topic of the velocity commands.
+    pub command_topic: String,
+    /// What is published there.
+    pub command: CommandMessage,
+    /// Time between two commands, ms.
+    pub command_period_ms: u64,
+}
+
+/// Messages that say where obstacles are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ObstacleMessage {
+    /// Boxes with identities, without velocities.
+    #[serde(rename = "vision_msgs/Detection3DArray")]
+    Detection3DArray,
+    /// Positions only.
+    #[serde(rename = "geometry_msgs/PoseArray")]
+    PoseArray,
+    /// Tracks with identities, shapes and velocities.
+    #[serde(rename = "autoware_perception_msgs/TrackedObjects")]
+    TrackedObjects,
+}
+
+/// Messages that command a velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CommandMessage {
+    /// What drivers up to ROS 2 Jazzy take by default.
+    #[serde(rename = "geometry_msgs/Twist")]
+    Twist,
+    /// What drivers from ROS 2 Kilted on take by default.
+    #[serde(rename = "geometry_msgs/TwistStamped")]
+    TwistStamped,
+}
+
+/// What is asked of a publisher. A best-effort subscription hears every publisher, a reliable one only reliable ones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reliability {
+    /// What is lost is lost: the sensor profile.
+    BestEffort,
+    /// What is lost is sent again: the default profile.
+    Reliable,
+}
+
+impl Ros2Settings {
+    /// What ROS 2 robots have where nobody says otherwise: `/cmd_vel` as Twist, 100 times a second.
+    pub fn customary() -> Self {
+        Self {
+            node_name: "cncbf".to_owned(),
+            namespace: "/".to_owned(),
+            obstacles: ObstacleMessage::Detection3DArray,
+            reliability: Reliability::BestEffort,
+            command_topic: "cmd_vel".to_owned(),
+            command: CommandMessage::Twist,
+            command_period_ms: 10,
+        }
+    }
+
+    /// The full name of a topic: one without a leading slash lies in the namespace.
+    pub fn absolute(&self, topic: &str) -> String {
+        if topic.starts_with('/') {
+            topic.to_owned()
+        } else {
+            format!("{}/{topic}", self.namespace.trim_end_matches('/'))
+        }
+    }
+
+    pub(crate) fn validate(&self) -> Checked {
+        require(
+            is_token(&self.node_name),
+            "source.ros2.node_name",
+            &self.node_name,
+            "a name of letters, digits and _",
+        )?;
+        let namespace = self.namespace.as_str();
+        let is_namespace = namespace == "/" || (namespace.starts_with('/') && is_name(namespace));
+        require(is_namespace, "source.ros2.namespace", namespace, "an absolute name such as / or /robot1")?;
+        let topic = &self.command_topic;
+        require(is_name(topic), "source.ros2.command_topic", topic, "the name of a topic such as cmd_vel")?;
+        positive_ms("source.ros2.command_period_ms", self.command_period_ms)?;
+        require(
+            self.command_period_ms <= LONGEST_COMMAND_PERIOD_MS,
+            "source.ros2.command_period_ms",
+            self.command_period_ms,
+            "at most 250: drivers stop their robot where no command comes for half a second",
+        )
+    }
+}
+
+/// Whether `name` is tokens with slashes between them, perhaps one before the first.
+fn is_name(name: &str) -> bool {
+    name.strip_prefix('/').unwrap_or(name).split('/').all(is_token)
+}
+
+/// Whether ROS 2 takes this as a part of a name.
+fn is_token(token: &str) -> bool {
+    token.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && token.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+        && !token.contains("__")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_customary_names_are_fine_and_unusable_ones_are_refused_by_name() {
+        assert!(Ros2Settings::customary().validate().is_ok());
+        let refused = |change: fn(&mut Ros2Settings)| {
+            let mut settings = Ros2Settings::customary();
+            change(&mut settings);
+            settings.validate().expect_err("unusable").to_string()
+        };
+        assert!(refused(|s| s.node_name = "my node".to_owned()).contains("source.ros2.node_name"));
+        assert!(refused(|s| s.namespace = "robot1".to_owned()).contains("source.ros2.namespace"));
+        assert!(refused(|s| s.namespace = "/robot1/".to_owned()).contains("source.ros2.namespace"));
+        assert!(refused(|s| s.command_topic = "cmd__vel".to_owned()).contains("source.ros2.command_topic"));
+        assert!(refused(|s| s.command_period_ms = 500).contains("source.ros2.command_period_ms"));
+    }
+
+    #[test]
+    fn relative_topics_lie_in_the_namespace() {
+        let mut settings = Ros2Settings::customary();
+        assert_eq!(settings.absolute("odom"), "/odom");
+        settings.namespace = "/robot1".to_owned();
+        assert_eq!(settings.absolute("odom"), "/robot1/odom");
+        assert_eq!(settings.absolute("/goal_pose"), "/goal_pose");
+    }
+}
