@@ -135,16 +135,32 @@ impl Hop {
             Self::Bridge => (ledger.detections_ingress_ns, ledger.detections_published_ns),
             Self::BridgeToEstimator => (ledger.detections_published_ns, ledger.estimator_received_ns),
             Self::Estimator => (ledger.estimator_received_ns, ledger.estimator_published_ns),
-            Self::EstimatorToFilter => (ledger.estimator_published_ns, ledger.filter_woke_ns),
-            Self::RobotStateToFilter => (ledger.robot_state_ingress_ns, ledger.filter_woke_ns),
+            Self::EstimatorToFilter => {
+                (ledger.estimator_published_ns, taken_ns(ledger, ledger.estimator_published_ns))
+            }
+            Self::RobotStateToFilter => {
+                (ledger.robot_state_ingress_ns, taken_ns(ledger, ledger.robot_state_ingress_ns))
+            }
             Self::Nominal => (ledger.nominal_received_ns, ledger.nominal_published_ns),
-            Self::NominalToFilter => (ledger.nominal_published_ns, ledger.filter_woke_ns),
+            Self::NominalToFilter => {
+                (ledger.nominal_published_ns, taken_ns(ledger, ledger.nominal_published_ns))
+            }
             Self::FilterCompute => (ledger.filter_woke_ns, ledger.filter_computed_ns),
             Self::FilterHandOver => (ledger.filter_computed_ns, ledger.filter_published_ns),
             Self::FilterLateness | Self::FilterPeriod => return None,
             Self::EndToEnd => (ledger.detections_ingress_ns, ledger.filter_published_ns),
         };
         (start_ns != 0 && end_ns != 0).then_some(Stretch { start_ns, end_ns })
+    }
+}
+
+/// When the filter took an input that was sent at `sent_ns`: as its cycle began, or later where the input arrived just then,
+/// which costs it no waiting. An input sent after the command was computed is a broken stamp, and left to show as such.
+fn taken_ns(ledger: &Ledger, sent_ns: u64) -> u64 {
+    if sent_ns <= ledger.filter_computed_ns {
+        ledger.filter_woke_ns.max(sent_ns)
+    } else {
+        ledger.filter_woke_ns
     }
 }
 

@@ -224,3 +224,15 @@ fn a_summary_survives_json_and_an_empty_one_prints() {
     let empty = Recorder::new(PERIOD_NS).summary().to_string();
     assert!(empty.contains("0 filter cycles of 4.000 ms"), "{empty}");
 }
+
+#[test]
+fn an_input_that_comes_while_a_cycle_begins_waits_for_nothing() {
+    let mut command = command(5);
+    let woke_ns = command.ledger.filter_woke_ns;
+    command.ledger.estimator_published_ns = woke_ns + 800;
+    let hop = summary_of(&[command]).hop(Hop::EstimatorToFilter);
+    assert_eq!((hop.count, hop.max_ns, hop.negative), (1, 0, 0));
+    command.ledger.estimator_published_ns = command.ledger.filter_published_ns + 1;
+    let hop = summary_of(&[command]).hop(Hop::EstimatorToFilter);
+    assert_eq!((hop.count, hop.negative), (0, 1), "sent after the command that used it");
+}
