@@ -91,7 +91,7 @@ impl SafetyFilter {
             qp: CbfQp::new(control, filter.slack_weight)?,
             limits: Limits::new(filter),
             inflation: Inflation::new(settings),
-            brake: Brake::new(robot),
+            brake: Brake::new(robot, filter.period_ms as f64 * 1e-3),
             alpha_per_s: filter.alpha_per_s,
             slack_tolerance_mps: filter.slack_tolerance_mps,
             sensing_range_m: filter.sensing_range_m.unwrap_or(f64::INFINITY),
@@ -236,13 +236,9 @@ impl SafetyFilter {
 
     /// The rung below: brake, whatever is missing.
     fn fall_back(&mut self, command: &mut SafeCommand, reason: Reason, inputs: &Inputs<'_>, elapsed_s: f64) {
-        if let Some(state) = inputs.robot_state.filter(|state| state.is_finite()) {
-            let now_ns = command.ledger.filter_woke_ns;
-            if self.limits.is_fresh(state, now_ns) {
-                self.brake.observe(state);
-            }
-        }
-        let (control, standing) = self.brake.step(elapsed_s);
+        let now_ns = command.ledger.filter_woke_ns;
+        let fresh = inputs.robot_state.filter(|state| self.limits.is_fresh(state, now_ns));
+        let (control, standing) = self.brake.step(fresh, elapsed_s);
         command.control = control;
         command.status = if standing { SafetyStatus::Stopped } else { rung(reason) }.code();
         command.reason = reason.code();
