@@ -73,6 +73,7 @@ mod notices;
 mod pacer;
 mod pacing;
 mod process_loop;
+mod processor_share;
 mod publisher;
 pub mod realtime;
 mod services;

@@ -9,7 +9,7 @@ use settings::{ProcessRealtime, WaitKind};
 use crate::{
     Clock, CycleMeter, HealthReporter, Node, NodeError, Pacer, Pacing, RealClock, Shutdown, Tick, Waiting,
     WakeUp,
-    realtime::{Request, enter},
+    realtime::{Request, enter, is_realtime},
 };
 
 /// What a process does in a cycle. Its ports and its pure step live here; time and counting do not.
@@ -62,14 +62,23 @@ impl ProcessLoop {
         let granted = enter(&realtime.map_or_else(Request::nothing, Request::from));
         let (asked, got) = granted.flags();
         self.health.realtime(asked, got);
-        // Locking memory takes a while, in which nothing was due.
-        pacing.no_earlier_than(RealClock.now_ns());
+        // Locking memory takes a while, in which nothing was due, whatever the work says of that time.
+        let begin_ns = RealClock.now_ns();
+        pacing.no_earlier_than(begin_ns);
         let mut pacer = Pacer::new(pacing, wake_up, waiting(realtime));
+        if is_realtime() {
+            pacer = pacer.sharing_processor();
+        }
+        let mut pauses = 0;
         while !shutdown.requested() {
             let tick = match work.next_due_ns() {
-                Some(due_ns) => pacer.wait_until(due_ns),
+                Some(due_ns) => pacer.wait_until(due_ns.max(begin_ns)),
                 None => pacer.wait(),
             };
+            if pacer.pauses() > pauses {
+                pauses = pacer.pauses();
+                self.health.error(Reason::CapacityExceeded);
+            }
             self.cycle(work, &tick);
         }
         self.health.report_now(RealClock.now_ns());
@@ -82,5 +91,43 @@ fn waiting(realtime: Option<&ProcessRealtime>) -> Waiting {
         Some(ProcessRealtime { wait: WaitKind::Spin, .. }) => Waiting::Spin,
         Some(realtime) => Waiting::Sleep { spin: Duration::from_micros(realtime.spin_us) },
         None => Waiting::Sleep { spin: Duration::ZERO },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::ProcessId;
+
+    use super::*;
+    use crate::ScopedDomain;
+
+    /// Work whose due time lies before the loop, as a source's does that has not been asked yet.
+    struct Overdue {
+        ticks: Vec<Tick>,
+        shutdown: Shutdown,
+    }
+
+    impl Work for Overdue {
+        fn cycle(&mut self, tick: &Tick, _: &mut HealthReporter) {
+            self.ticks.push(*tick);
+            self.shutdown.request();
+        }
+
+        fn next_due_ns(&self) -> Option<u64> {
+            Some(0)
+        }
+    }
+
+    #[test]
+    fn what_was_due_before_the_loop_began_is_not_late() {
+        let domain = ScopedDomain::new();
+        let node = Node::open_in(&domain, "overdue", ProcessId::Bridge).unwrap();
+        let shutdown = Shutdown::install().unwrap();
+        let mut work = Overdue { ticks: Vec::new(), shutdown: shutdown.clone() };
+        let begin_ns = RealClock.now_ns();
+        let pacing = Pacing::event(begin_ns, Duration::from_hours(1));
+        ProcessLoop::new(&node).unwrap().run(&mut work, pacing, None, None, &shutdown);
+        let [tick] = work.ticks[..] else { panic!("{:?}", work.ticks) };
+        assert!(tick.due_ns >= begin_ns && tick.skipped == 0, "{tick:?}");
     }
 }

@@ -12,8 +12,13 @@ use rustix::{
 use crate::dds;
 use crate::{
     clock::{Clock, RealClock, nanoseconds},
+    cyclic_timer::sleep_until,
     iceoryx,
 };
+
+/// Looks of one wait that may find nothing though the listener says that there is something. One is left by a wake-up that was
+/// collected before its signal came; more come from a listener that is broken.
+const FRUITLESS_LOOKS: usize = 8;
 
 /// Why a wait returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,26 +57,24 @@ impl WakeUp {
         if self.look() == Woken::Notified || self.look() == Woken::Notified {
             return Woken::Notified;
         }
-        loop {
+        for _ in 0..FRUITLESS_LOOKS {
             let now_ns = RealClock.now_ns();
             if now_ns >= due_ns {
                 return Woken::TimedOut;
             }
             match sleep(self.descriptor(), due_ns - now_ns) {
                 Ok(0) | Err(Errno::INTR) => return Woken::TimedOut,
-                // Nothing to collect: a look before the sleep took the wake-up and left its signal.
                 Ok(_) => {
                     if self.look() == Woken::Notified {
                         return Woken::Notified;
                     }
                 }
-                // A broken listener must not turn the caller's loop into a busy one: keep its heartbeat.
-                Err(_) => {
-                    std::thread::sleep(Duration::from_nanos(due_ns - now_ns));
-                    return Woken::TimedOut;
-                }
+                Err(_) => break,
             }
         }
+        // A broken listener must not turn the caller's loop into a busy one: keep its heartbeat.
+        sleep_until(due_ns);
+        Woken::TimedOut
     }
 
     /// Whether somebody woke this process since the last call of any of the three. Does not sleep: for who spins.
@@ -124,5 +127,36 @@ impl Waker {
             #[cfg(feature = "dds")]
             Notifier::Dds => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+
+    use messages::ProcessId;
+
+    use super::*;
+    use crate::{Node, ScopedDomain, processor_share::thread_time_ns};
+
+    #[test]
+    fn a_broken_listener_sleeps_until_the_due_time() {
+        let domain = ScopedDomain::new();
+        let node = Node::open_in(&domain, "broken", ProcessId::Filter).unwrap();
+        let wake_up = node.wake_up().unwrap();
+        // Always readable, and no socket.
+        let null = std::fs::File::open("/dev/null").unwrap();
+        // SAFETY: the listener keeps its descriptor open and is not used meanwhile; `forget` leaves the closing to it.
+        #[expect(unsafe_code, reason = "the descriptor belongs to iceoryx2, which breaks it for nobody")]
+        let mut descriptor = unsafe { OwnedFd::from_raw_fd(wake_up.descriptor().as_raw_fd()) };
+        rustix::io::dup2(&null, &mut descriptor).unwrap();
+        std::mem::forget(descriptor);
+
+        let (begin_ns, taken_before_ns) = (RealClock.now_ns(), thread_time_ns());
+        let due_ns = begin_ns + 300_000_000;
+        assert_eq!(wake_up.wait_until(due_ns), Woken::TimedOut);
+        assert!(RealClock.now_ns() >= due_ns);
+        let taken_ns = thread_time_ns() - taken_before_ns;
+        assert!(taken_ns < 100_000_000, "{taken_ns} ns of processor time");
     }
 }

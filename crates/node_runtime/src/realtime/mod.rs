@@ -29,6 +29,7 @@ pub use granted::{Grant, Granted, Right};
 pub(crate) use processors::allowed as allowed_processors;
 pub use request::{Request, Scheduler};
 pub(crate) use rights::{can_lock_any_amount, can_set_any_priority};
+pub(crate) use scheduler::is_realtime;
 
 /// Asks the kernel for what `request` says, on behalf of the calling thread, and logs once what was granted and what not.
 ///

@@ -63,6 +63,11 @@ fn set_fifo(priority: libc::c_int) -> std::io::Result<()> {
     if failed == 0 { Ok(()) } else { Err(std::io::Error::last_os_error()) }
 }
 
+/// Whether the calling thread runs before everything of the default class, by its own asking or by whoever started it.
+pub(crate) fn is_realtime() -> bool {
+    class().is_ok_and(|class| [libc::SCHED_FIFO, libc::SCHED_RR].contains(&class.policy))
+}
+
 /// Class and priority of the calling thread.
 pub(super) fn class() -> std::io::Result<Class> {
     let mut parameters = libc::sched_param { sched_priority: 0 };
