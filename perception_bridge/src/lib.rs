@@ -5,14 +5,15 @@
 //! [`shell::run`] gives it time and ports. Commands come back through the [`CommandSink`], which brakes by itself when
 //! the filter falls silent.
 //!
-//! [`decode`] and [`Frames`] turn ROS 2 messages into the stack's own; they serve recordings ([`McapSource`]) and, without
-//! change, live topics.
+//! [`decode`] and [`Frames`] turn ROS 2 messages into the stack's own; they serve recordings ([`McapSource`]) and live topics
+//! ([`RosSource`]) alike.
 //!
 //! Not here: estimation of velocities, and any decision about the robot beyond that brake.
 
 mod command_sink;
 pub mod decode;
 mod frames;
+mod live;
 mod nearest;
 mod plausible;
 mod playback;
@@ -23,6 +24,7 @@ mod source;
 
 pub use command_sink::{CommandSink, SinkState};
 pub use frames::Frames;
+pub use live::{RosError, RosSource};
 pub use playback::{Playback, PlaybackError};
 pub use recorded::{IntakeReport, McapSource, PlaybackCounts, SourceError};
 pub use simulated_crowd::{SimulatedCrowd, SimulationError};

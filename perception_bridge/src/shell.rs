@@ -30,7 +30,8 @@ pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow
     let _span = tracing::error_span!("bridge", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Bridge)?;
-    let source = open_source(settings, choice)?;
+    let mut source = open_source(settings, choice)?;
+    source.wake_with(node.waker(ProcessId::Bridge).context("the bridge's own wake-up")?);
     let mut process = BridgeProcess::open(source, &node)?;
     let wake_up = node.wake_up().context("the bridge's wake-up")?;
     let pacing = Pacing::event(RealClock.now_ns(), LONGEST_WAIT);

@@ -3,9 +3,11 @@
 use std::path::PathBuf;
 
 use messages::{Detections, Goal, RobotState, SafeCommand, SourceStatus};
+use node_runtime::Waker;
 use settings::Settings;
 
 use crate::command_sink::SinkState;
+use crate::live::{RosError, RosSource};
 use crate::playback::Playback;
 use crate::recorded::{McapSource, SourceError};
 use crate::simulated_crowd::{SimulatedCrowd, SimulationError};
@@ -24,6 +26,8 @@ pub enum SourceChoice {
         /// How fast and how often it is played.
         playback: Playback,
     },
+    /// A live ROS 2 graph: the one that the environment names.
+    Ros2,
 }
 
 /// Why a source could not be opened.
@@ -35,6 +39,9 @@ pub enum OpenSourceError {
     /// The recording.
     #[error(transparent)]
     Recording(#[from] SourceError),
+    /// The live graph.
+    #[error(transparent)]
+    Ros2(#[from] RosError),
 }
 
 /// Opens the source that `choice` names.
@@ -47,6 +54,7 @@ pub fn open_source(settings: &Settings, choice: &SourceChoice) -> Result<Box<dyn
         SourceChoice::Mcap { file, closed_loop, playback } => {
             Box::new(McapSource::open(file, settings, *closed_loop)?.played(*playback)?)
         }
+        SourceChoice::Ros2 => Box::new(RosSource::open(settings)?),
     })
 }
 
@@ -67,6 +75,9 @@ pub enum BridgeEvent {
 /// All times are on the stack clock, ns. The caller polls until nothing more is due, then waits until
 /// [`Source::next_due_ns`] or until a command arrives.
 pub trait Source {
+    /// Is given what wakes the caller. A source whose events come at due times alone needs none.
+    fn wake_with(&mut self, _waker: Waker) {}
+
     /// When the next event is due; `None` once the source has nothing more to give.
     fn next_due_ns(&self) -> Option<u64>;
 

@@ -1,0 +1,191 @@
+//! A live ROS 2 graph as a source: topics in, velocity commands out.
+//!
+//! Everything that allocates, locks or waits is left to two threads: one receives, decodes and hands over finished events
+//! ([`reader`]), one publishes commands ([`commander`]). The bridge's loop only takes from and puts into bounded queues, whose
+//! places exist before it begins; what finds no place is dropped and counted.
+//!
+//! Not here: simulated time (`/clock`), and any transform that this stack would publish.
+
+mod arrival;
+mod commander;
+mod environment;
+mod error;
+mod graph;
+mod hand_over;
+mod input;
+mod intake;
+mod reader;
+
+use std::sync::Arc;
+
+use messages::{Goal, RobotState, SafeCommand, SourceKind, SourceStatus};
+use node_runtime::Waker;
+use settings::{RobotKind, Ros2Settings, Settings};
+
+pub use error::RosError;
+
+use crate::command_sink::{CommandSink, SinkState};
+use crate::source::{BridgeEvent, Source};
+use commander::Commander;
+use environment::Environment;
+use graph::Graph;
+use hand_over::{Counters, HandOver, WakerSlot};
+use intake::Intake;
+use reader::Reader;
+use std::sync::mpsc::Receiver;
+
+const NS_PER_MS: u64 = 1_000_000;
+
+/// The topics of a ROS 2 graph, heard and driven live.
+///
+/// Commands leave at a fixed rate, whether or not the filter speaks: the [`CommandSink`] brakes by itself. They slow down from
+/// the speed commanded last, so that they come to a halt even where odometry has died.
+pub struct RosSource {
+    events: Receiver<BridgeEvent>,
+    counters: Arc<Counters>,
+    waker: WakerSlot,
+    commander: Commander,
+    /// Last but the graph: it takes up to a tenth of a second to end.
+    _reader: Reader,
+    _graph: Graph,
+    sink: CommandSink,
+    period_ns: u64,
+    next_command_ns: u64,
+    /// When a command was last given, ns, and which: `[m/s, rad/s]`.
+    commanded: (u64, [f64; 2]),
+    goal_tolerance_m: f64,
+    goal: Option<Goal>,
+    goal_reached: bool,
+    robot_m: Option<[f64; 2]>,
+    path_length_m: f64,
+    accepted: u64,
+    began_ns: Option<u64>,
+}
+
+impl RosSource {
+    /// Joins the graph that the environment names and begins to listen. Commands leave once it is polled.
+    ///
+    /// # Errors
+    /// [`RosError`] if the environment or the robot's kind is unusable, or DDS refuses.
+    pub fn open(settings: &Settings) -> Result<Self, RosError> {
+        match settings.robot.kind {
+            RobotKind::Unicycle => {}
+            RobotKind::DoubleIntegrator => return Err(RosError::TakesAccelerations),
+        }
+        let ros2 = settings.source.ros2.clone().unwrap_or_else(Ros2Settings::customary);
+        let mut graph = Graph::join(&ros2, Environment::read()?)?;
+        let commander = Commander::start(&mut graph, &ros2)?;
+        let (hand_over, events) = HandOver::new();
+        let (counters, waker) = (hand_over.counters(), hand_over.waker());
+        let reader = Reader::start(&mut graph, &settings.source, &ros2, Intake::new(settings), hand_over)?;
+        Ok(Self {
+            events,
+            counters,
+            waker,
+            commander,
+            _reader: reader,
+            _graph: graph,
+            sink: CommandSink::new(settings),
+            period_ns: ros2.command_period_ms * NS_PER_MS,
+            next_command_ns: 0,
+            commanded: (0, [0.0; 2]),
+            goal_tolerance_m: settings.nominal.goal_tolerance_m,
+            goal: None,
+            goal_reached: false,
+            robot_m: None,
+            path_length_m: 0.0,
+            accepted: 0,
+            began_ns: None,
+        })
+    }
+
+    /// Gives the command that holds at `now_ns`. Periods that passed unused are left out, not made up for.
+    fn drive(&mut self, now_ns: u64) {
+        let (last_ns, [speed_mps, _]) = self.commanded;
+        let dt_ns = now_ns.saturating_sub(last_ns).min(2 * self.period_ns);
+        let control = self.sink.control(now_ns, dt_ns, [speed_mps, 0.0]);
+        self.commanded = (now_ns, control);
+        if !self.commander.give(control) {
+            self.counters.count_unsent();
+        }
+        let late_ns = now_ns.saturating_sub(self.next_command_ns);
+        self.next_command_ns = now_ns + self.period_ns - late_ns % self.period_ns;
+    }
+
+    fn note(&mut self, event: &BridgeEvent) {
+        self.accepted += 1;
+        match event {
+            BridgeEvent::RobotState(state) => self.note_robot(state),
+            BridgeEvent::Detections(_) => {}
+            BridgeEvent::Goal(goal) => {
+                // Said again, it is still the goal that was reached.
+                let aim = |goal: &Goal| (goal.position_in_odom_m, goal.heading_rad);
+                self.goal_reached &= self.goal.as_ref().is_some_and(|old| aim(old) == aim(goal));
+                self.goal = Some(*goal);
+            }
+        }
+    }
+
+    fn note_robot(&mut self, state: &RobotState) {
+        let [x, y] = state.position_in_odom_m;
+        if let Some([old_x, old_y]) = self.robot_m {
+            self.path_length_m += (x - old_x).hypot(y - old_y);
+        }
+        self.robot_m = Some([x, y]);
+        self.goal_reached |= self.goal_distance_m() <= self.goal_tolerance_m;
+    }
+
+    fn goal_distance_m(&self) -> f64 {
+        let places = self.goal.zip(self.robot_m);
+        places.map_or(f64::INFINITY, |(goal, [x, y])| {
+            (goal.position_in_odom_m[0] - x).hypot(goal.position_in_odom_m[1] - y)
+        })
+    }
+}
+
+impl Source for RosSource {
+    fn wake_with(&mut self, waker: Waker) {
+        self.waker.fill(waker);
+    }
+
+    fn next_due_ns(&self) -> Option<u64> {
+        Some(self.next_command_ns)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> Option<BridgeEvent> {
+        self.began_ns.get_or_insert(now_ns);
+        if now_ns >= self.next_command_ns {
+            self.drive(now_ns);
+        }
+        // Nothing there, or nobody left to put something there: the ladder brakes for want of robot states.
+        let event = self.events.try_recv().ok()?;
+        self.note(&event);
+        Some(event)
+    }
+
+    fn command(&mut self, command: &SafeCommand, now_ns: u64) {
+        self.sink.take(command, now_ns);
+    }
+
+    fn status(&self, now_ns: u64) -> SourceStatus {
+        SourceStatus {
+            published_ns: now_ns,
+            elapsed_ns: self.began_ns.map_or(0, |began_ns| now_ns.saturating_sub(began_ns)),
+            total_ns: 0,
+            accepted: self.accepted,
+            refused: self.counters.total() + self.sink.refusals(),
+            min_clearance_m: f64::INFINITY,
+            clearance_m: f64::INFINITY,
+            path_length_m: self.path_length_m,
+            goal_distance_m: self.goal_distance_m(),
+            collisions: 0,
+            goal_reached: u32::from(self.goal_reached),
+            finished: 0,
+            kind: SourceKind::Ros2.code(),
+        }
+    }
+
+    fn sink_state(&self) -> Option<SinkState> {
+        Some(self.sink.state())
+    }
+}

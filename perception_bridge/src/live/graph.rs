@@ -1,0 +1,101 @@
+//! One node in a ROS 2 graph: joins a DDS domain, opens topics with the profiles that ROS 2 has for them.
+
+use std::net::Ipv4Addr;
+
+use recording::ros2::Ros2Message;
+use ros2_client::dds::rustdds::{DomainParticipantBuilder, DomainParticipantStatusListener};
+use ros2_client::dds::{Context, Node, Publisher, Subscription};
+use ros2_client::qos::{Durability, History, QosProfile, Reliability as Delivery, WhenFull};
+use ros2_client::{MessageTypeName, NodeName, NodeOptions};
+use settings::{Reliability, Ros2Settings};
+
+use super::environment::Environment;
+use super::error::RosError;
+
+/// Messages that a subscription keeps until they are looked at.
+const DEPTH: usize = 10;
+/// The same of topics whose old messages count.
+const LATCHED_DEPTH: usize = 100;
+
+/// How a topic is heard.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Profile {
+    /// A stream, as the settings say.
+    Stream(Reliability),
+    /// Reliable, and what was said before counts: `/tf_static`.
+    Latched,
+}
+
+/// The stack's node.
+pub(super) struct Graph {
+    node: Node,
+    context: Context,
+}
+
+impl Graph {
+    /// Joins the domain as the node of the settings.
+    pub(super) fn join(ros2: &Ros2Settings, environment: Environment) -> Result<Self, RosError> {
+        let Environment { domain_id, localhost_only } = environment;
+        let failed = |cause: String| RosError::Join { domain_id, cause };
+        let builder = DomainParticipantBuilder::new(domain_id);
+        let builder =
+            if localhost_only { builder.with_only_networks([Ipv4Addr::LOCALHOST]) } else { builder };
+        let participant = builder.build().map_err(|error| failed(error.to_string()))?;
+        let context =
+            Context::from_domain_participant(participant).map_err(|error| failed(error.to_string()))?;
+        let name =
+            NodeName::new(&ros2.namespace, &ros2.node_name).map_err(|error| failed(error.to_string()))?;
+        let node = context
+            .new_node(name, NodeOptions::new().enable_rosout(false))
+            .map_err(|error| failed(error.to_string()))?;
+        Ok(Self { node, context })
+    }
+
+    /// Begins to hear `topic`, a full name.
+    pub(super) fn subscribe<M: Ros2Message + 'static>(
+        &mut self,
+        topic: &str,
+        profile: Profile,
+    ) -> Result<Subscription<M>, RosError> {
+        let base =
+            QosProfile { history: History::KeepLast { depth: DEPTH }, ..QosProfile::subscription_default() };
+        let profile = match profile {
+            Profile::Stream(Reliability::BestEffort) => base.reliability_best_effort(),
+            Profile::Stream(Reliability::Reliable) => base.reliability_reliable(WhenFull::Fail),
+            Profile::Latched => base
+                .reliability_reliable(WhenFull::Fail)
+                .durability(Durability::TransientLocal)
+                .history(History::KeepLast { depth: LATCHED_DEPTH }),
+        };
+        let failed = |cause: String| RosError::Topic { topic: topic.to_owned(), cause };
+        let dds_topic = self
+            .context
+            .create_topic(format!("rt{topic}"), type_name::<M>(), &profile)
+            .map_err(|error| failed(error.to_string()))?;
+        self.node.create_subscription(&dds_topic, Some(profile)).map_err(|error| failed(error.to_string()))
+    }
+
+    /// Becomes able to speak on `topic`, a full name. Reliable, since drivers ask for that; a publication never waits.
+    pub(super) fn publish<M: Ros2Message>(&mut self, topic: &str) -> Result<Publisher<M>, RosError> {
+        let profile =
+            QosProfile { history: History::KeepLast { depth: 1 }, ..QosProfile::publisher_default() }
+                .reliability(Delivery::Reliable { when_full: WhenFull::Fail });
+        let failed = |cause: String| RosError::Topic { topic: topic.to_owned(), cause };
+        let dds_topic = self
+            .context
+            .create_topic(format!("rt{topic}"), type_name::<M>(), &profile)
+            .map_err(|error| failed(error.to_string()))?;
+        self.node.create_publisher(&dds_topic, Some(profile)).map_err(|error| failed(error.to_string()))
+    }
+
+    /// What DDS finds out about others.
+    pub(super) fn events(&self) -> DomainParticipantStatusListener {
+        self.context.domain_participant().status_listener()
+    }
+}
+
+/// A type as DDS knows it.
+fn type_name<M: Ros2Message>() -> MessageTypeName {
+    let (package, name) = M::NAME.split_once('/').unwrap_or(("", M::NAME));
+    MessageTypeName::new(package, name)
+}

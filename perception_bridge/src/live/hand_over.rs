@@ -1,0 +1,102 @@
+//! From the receiving thread to the bridge's loop: a bounded queue, a wake-up, counters.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, OnceLock};
+
+use node_runtime::Waker;
+
+use crate::source::BridgeEvent;
+
+/// Places in the queue: half a second of everything at the usual rates, about 0.3 MB.
+const PLACES: usize = 64;
+
+/// What wakes the bridge, once it is known.
+#[derive(Debug, Clone, Default)]
+pub(super) struct WakerSlot(Arc<OnceLock<Waker>>);
+
+impl WakerSlot {
+    /// Puts it in place; only the first one counts.
+    pub(super) fn fill(&self, waker: Waker) {
+        let _ = self.0.set(waker);
+    }
+}
+
+/// What was lost on the way, by where.
+#[derive(Debug, Default)]
+pub(super) struct Counters {
+    refused: AtomicU64,
+    dropped: AtomicU64,
+    unsent: AtomicU64,
+}
+
+impl Counters {
+    /// A message that made no sense.
+    pub(super) fn count_refused(&self) {
+        self.refused.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// A command that found no place on its way out.
+    pub(super) fn count_unsent(&self) {
+        self.unsent.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// All of them.
+    pub(super) fn total(&self) -> u64 {
+        [&self.refused, &self.dropped, &self.unsent]
+            .map(|counter| counter.load(Ordering::Relaxed))
+            .iter()
+            .sum()
+    }
+}
+
+/// The receiving thread's end.
+#[derive(Debug)]
+pub(super) struct HandOver {
+    events: SyncSender<BridgeEvent>,
+    counters: Arc<Counters>,
+    waker: WakerSlot,
+}
+
+impl HandOver {
+    /// An empty queue with both of its ends.
+    pub(super) fn new() -> (Self, Receiver<BridgeEvent>) {
+        let (events, receiver) = sync_channel(PLACES);
+        (Self { events, counters: Arc::default(), waker: WakerSlot::default() }, receiver)
+    }
+
+    pub(super) fn counters(&self) -> Arc<Counters> {
+        Arc::clone(&self.counters)
+    }
+
+    pub(super) fn waker(&self) -> WakerSlot {
+        self.waker.clone()
+    }
+
+    /// Hands over one event and wakes the bridge; where no place is left, it is dropped and counted.
+    pub(super) fn put(&self, event: BridgeEvent) {
+        if self.events.try_send(event).is_err() {
+            self.counters.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+        if let Some(waker) = self.waker.0.get() {
+            waker.wake();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use messages::RobotState;
+
+    #[test]
+    fn a_loop_that_does_not_take_costs_events_and_never_time() {
+        let (hand_over, events) = HandOver::new();
+        for _ in 0..PLACES + 3 {
+            hand_over.put(BridgeEvent::RobotState(RobotState::zeroed()));
+        }
+        assert_eq!(hand_over.counters().total(), 3);
+        assert_eq!(events.try_iter().count(), PLACES);
+    }
+}
