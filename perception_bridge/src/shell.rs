@@ -15,6 +15,9 @@ use crate::source::{BridgeEvent, Source, open_source};
 
 /// How often the source's status is published, ns.
 const STATUS_PERIOD_NS: u64 = 100_000_000;
+/// Events handed over in one cycle. What is left begins the next one at once, which takes commands and a wish to stop first: a
+/// source that cannot keep up with the clock would otherwise give more in every cycle than in the one before.
+const MOST_EVENTS: usize = 64;
 /// Longest sleep, so that a wish to stop is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
 
@@ -133,8 +136,8 @@ impl Work for BridgeProcess {
         if let Some(command) = self.commands.newest() {
             self.source.command(&command, now_ns);
         }
-        // The time stands still in this loop, so that a source slower than the clock cannot keep it busy for ever.
-        while let Some(event) = self.source.poll(now_ns) {
+        for _ in 0..MOST_EVENTS {
+            let Some(event) = self.source.poll(now_ns) else { break };
             self.publish(&event, health);
         }
         self.watch_sink(health);
