@@ -96,6 +96,7 @@ pub use pacer::{Pacer, Waiting};
 pub use pacing::Pacing;
 pub use process_loop::{ProcessLoop, Work};
 pub use publisher::{PortError, Publisher};
+pub use services::check_instance;
 pub use shutdown::{PARENT_PID_VARIABLE, Shutdown, ShutdownError};
 pub use subscriber::Subscriber;
 pub use thread_usage::{ThreadUsage, UsageMeter};

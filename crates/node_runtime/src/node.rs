@@ -41,7 +41,8 @@ pub enum NodeError {
     },
     /// iceoryx2 could not register the process.
     #[error(
-        "cannot join shared memory ({cause}); may this user write to /dev/shm and to iceoryx2's folder in /tmp?"
+        "cannot join shared memory ({cause}); it takes a user who may write to /dev/shm and to /tmp/iceoryx2. Where that folder is \
+         another user's, run every stack as one user, or have it removed once their stacks have ended"
     )]
     Create {
         /// What iceoryx2 says.

@@ -10,7 +10,10 @@ pub(crate) const SHORT_QUEUE: usize = 8;
 const QUEUE_BUDGET_BYTES: usize = 1 << 20;
 
 /// Refuses names that could not be part of a service name.
-pub(crate) fn check_instance(instance: &str) -> Result<(), NodeError> {
+///
+/// # Errors
+/// [`NodeError::InvalidInstance`].
+pub fn check_instance(instance: &str) -> Result<(), NodeError> {
     let usable = instance.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte));
     if usable && (1..=64).contains(&instance.len()) {
         Ok(())

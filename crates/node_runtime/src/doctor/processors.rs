@@ -7,6 +7,8 @@ use crate::realtime::allowed_processors;
 
 const PROCESSORS: &str = "/sys/devices/system/cpu";
 const WAKE_UP_LATENCY: &str = "/dev/cpu_dma_latency";
+/// Runnable threads per processor, on average, above which a machine counts as busy.
+const BUSY: f64 = 0.5;
 
 pub(super) fn probe() -> Vec<Finding> {
     let folder = Path::new(PROCESSORS);
@@ -18,6 +20,7 @@ pub(super) fn probe() -> Vec<Finding> {
         isolated(line_of(folder.join("isolated")).as_deref()),
         sleep_states(slowest_wake_up_us(folder), device),
         quota::probe(),
+        other_work(line_of("/proc/loadavg").as_deref(), allowed_processors().len()),
     ]
 }
 
@@ -29,6 +32,20 @@ fn cores(count: usize) -> Finding {
             format!("{count} processors for this program"),
             "the four processes share them; close what else needs time",
         )
+    }
+}
+
+/// `text` is `/proc/loadavg`: runnable threads on average over a minute come first.
+fn other_work(text: Option<&str>, processors: usize) -> Finding {
+    match text.and_then(|text| text.split_whitespace().next()?.parse::<f64>().ok()) {
+        Some(load) if load > BUSY * processors as f64 => Finding::note(
+            format!(
+                "load average {load:.1} on {processors} processors: this machine is busy with other work"
+            ),
+            "the lateness below includes it; end that work to see the machine itself",
+        ),
+        Some(load) => Finding::good(format!("load average {load:.1} on {processors} processors")),
+        None => Finding::note("how busy this machine is, is unknown", "mount /proc to have it checked"),
     }
 }
 
@@ -121,6 +138,15 @@ mod tests {
         assert_eq!(threads_per_core(Some("0")).severity, Severity::Good);
         assert_eq!(isolated(Some("")).severity, Severity::Note);
         assert!(isolated(Some("2-3")).what.contains("2-3"));
+    }
+
+    #[test]
+    fn a_machine_that_is_busy_already_is_told_so() {
+        let busy = other_work(Some("3.56 3.47 3.49 2/310 4711"), 2);
+        assert_eq!(busy.severity, Severity::Note);
+        assert!(busy.what.contains("load average 3.6 on 2 processors"), "{busy:?}");
+        assert_eq!(other_work(Some("0.21 0.30 0.28 1/99 1234"), 2).severity, Severity::Good);
+        assert_eq!(other_work(None, 2).severity, Severity::Note);
     }
 
     #[test]

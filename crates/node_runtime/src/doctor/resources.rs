@@ -1,22 +1,22 @@
 //! Room in shared memory, leftovers and other stacks.
 
 use super::Finding;
-use crate::{Domain, leftovers, members};
+use crate::{CleanUpError, Domain, Member, leftovers, members};
 
 /// Shared memory that one stack with a recorder may touch, bytes: 8 readers' queues of at most 1 MiB on 8 services.
 const SHARED_MEMORY_NEED_BYTES: u64 = 64 << 20;
 
 pub(super) fn probe(domain: &Domain) -> Vec<Finding> {
-    vec![
-        match rustix::fs::statvfs("/dev/shm") {
-            Ok(status) => shared_memory(status.f_bavail.saturating_mul(status.f_frsize)),
-            Err(error) => {
-                Finding::warning(format!("/dev/shm cannot be read: {error}"), "mount a tmpfs at /dev/shm")
-            }
-        },
-        leftover_files(domain),
-        other_stacks(domain),
-    ]
+    let room = match rustix::fs::statvfs("/dev/shm") {
+        Ok(status) => shared_memory(status.f_bavail.saturating_mul(status.f_frsize)),
+        Err(error) => {
+            Finding::warning(format!("/dev/shm cannot be read: {error}"), "mount a tmpfs at /dev/shm")
+        }
+    };
+    match members(domain) {
+        Ok(members) => vec![room, leftover_files(domain), other_stacks(&members)],
+        Err(error) => vec![room, unlisted(&error)],
+    }
 }
 
 fn shared_memory(free_bytes: u64) -> Finding {
@@ -46,13 +46,20 @@ fn leftover_files(domain: &Domain) -> Finding {
             ),
             "the next start and end of a stack removes them",
         ),
-        Err(error) => Finding::warning(error.to_string(), "remove /tmp/iceoryx2 as its owner"),
+        Err(error) => unlisted(&error),
     }
 }
 
-fn other_stacks(domain: &Domain) -> Finding {
-    let alive: Vec<_> =
-        members(domain).unwrap_or_default().into_iter().filter(|member| member.alive).collect();
+/// No process of this user can join a stack then.
+fn unlisted(error: &CleanUpError) -> Finding {
+    Finding::warning(
+        error.to_string(),
+        "no stack starts like this; run every stack as one user, or stop the other user's and have them remove /tmp/iceoryx2",
+    )
+}
+
+fn other_stacks(members: &[Member]) -> Finding {
+    let alive: Vec<_> = members.iter().filter(|member| member.alive).collect();
     if alive.is_empty() {
         return Finding::good("no other stack is running");
     }
@@ -73,9 +80,9 @@ mod tests {
     #[test]
     fn a_running_process_is_named() {
         let domain = ScopedDomain::new();
-        assert_eq!(other_stacks(&domain).severity, Severity::Good);
+        assert_eq!(other_stacks(&members(&domain).unwrap()).severity, Severity::Good);
         let node = Node::open_in(&domain, "demo", ProcessId::Filter).unwrap();
-        let finding = other_stacks(&domain);
+        let finding = other_stacks(&members(&domain).unwrap());
         assert!(finding.what.contains("demo/filter"), "{finding:?}");
         assert!(finding.what.contains(&std::process::id().to_string()), "{finding:?}");
         drop(node);

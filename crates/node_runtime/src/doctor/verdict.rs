@@ -62,7 +62,11 @@ fn judge_on(
         let names: Vec<_> = own.refused.iter().map(|grant| grant.what.label()).collect();
         sentences.push(format!("Measured without what the kernel did not grant: {}.", names.join(", ")));
     }
-    let best = others.iter().filter(|way| way.lateness.count > 0).min_by_key(|way| way.lateness.p99_ns);
+    // A way that was measured without what it asks for shows nothing that [realtime] could bring.
+    let best = others
+        .iter()
+        .filter(|way| way.lateness.count > 0 && way.refused.is_empty())
+        .min_by_key(|way| way.lateness.p99_ns);
     if let Some(best) = best
         && ms(own.lateness.p99_ns) > MUCH_BETTER * ms(best.lateness.p99_ns)
     {
@@ -150,6 +154,22 @@ mod tests {
         ] {
             assert!(text.contains(expected), "no `{expected}` in {text}");
         }
+    }
+
+    #[test]
+    fn a_way_that_lacked_a_right_is_not_recommended() {
+        let own = way("own", [5000, 8000, 30_000], 40);
+        let mut fifo = way("fifo", [100, 200, 300], 0);
+        fifo.refused = vec![crate::realtime::Grant {
+            what: crate::realtime::Right::Fifo,
+            asked: "SCHED_FIFO 80".to_owned(),
+            got: "SCHED_OTHER".to_owned(),
+            granted: false,
+            advice: "ask".to_owned(),
+        }];
+        let verdict = judge_on(&own, &[fifo, way("slack", [200, 300, 400], 0)], PERIOD, false, false);
+        let text = verdict.sentences.join("\n");
+        assert!(text.contains("Punctual here was \"slack\"") && !text.contains("\"fifo\""), "{text}");
     }
 
     #[test]
