@@ -101,6 +101,10 @@ pub fn compare(
     })
 }
 
+fn or(otherwise: &str, text: String) -> String {
+    if text.is_empty() { otherwise.to_owned() } else { text }
+}
+
 /// Rights that the kernel granted decide latencies as much as the machine does.
 fn rights_difference(old: &ProfileFigures, new: &ProfileFigures) -> Option<Difference> {
     let granted = |figures: &ProfileFigures| {
@@ -108,11 +112,11 @@ fn rights_difference(old: &ProfileFigures, new: &ProfileFigures) -> Option<Diffe
             .repeats
             .iter()
             .flat_map(|repeat| &repeat.rights)
-            .map(|rights| format!("{} {}", rights.process, rights.granted.join("+")))
+            .map(|rights| format!("{} {}", rights.process, or("nothing", rights.granted.join("+"))))
             .collect();
         all.sort_unstable();
         all.dedup();
-        all.join(", ")
+        or("unknown", all.join(", "))
     };
     let (old, new) = (granted(old), granted(new));
     (old != new).then(|| Difference { what: "granted rights".to_owned(), old, new })

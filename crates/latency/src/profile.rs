@@ -155,6 +155,9 @@ pub enum ReadProfileError {
     /// Not a profile at all, cut off, or edited by hand.
     #[error("not a profile ({0}); give the profile.json that `cncbf profile` wrote")]
     NotAProfile(#[from] serde_json::Error),
+    /// A profile without any repeat: nothing can be held against it.
+    #[error("the profile holds no repeats; measure the baseline anew")]
+    NoRepeats,
     /// A profile of another version.
     #[error(
         "the profile is of format {found:?}, this version reads {PROFILE_FORMAT:?}; measure the baseline anew"
@@ -196,6 +199,9 @@ impl ProfileFigures {
             Some(found) => return Err(ReadProfileError::OtherFormat { found: found.to_owned() }),
         }
         let figures: Self = serde_json::from_value(value)?;
+        if figures.repeats.is_empty() {
+            return Err(ReadProfileError::NoRepeats);
+        }
         Ok(Self::new(figures.conditions, figures.repeats))
     }
 

@@ -13,6 +13,7 @@ impl fmt::Display for ProfileFigures {
         self.write_conditions(f)?;
         writeln!(f)?;
         write!(f, "{}", self.summary())?;
+        self.write_reading_aid(f)?;
         self.write_start_up(f)?;
         if self.pooled.loops.is_empty() {
             return write!(f, "\n\nNo cycle records: loops, faults and switches are unknown.");
@@ -23,17 +24,23 @@ impl fmt::Display for ProfileFigures {
 }
 
 impl ProfileFigures {
+    /// How many repeats there are.
+    pub fn repeats_in_words(&self) -> String {
+        let count = self.repeats.len();
+        if count == 1 { "1 repeat".to_owned() } else { format!("{count} repeats") }
+    }
+
     fn write_conditions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let conditions = &self.conditions;
         let (recording, machine) = (&conditions.recording, &conditions.machine);
         writeln!(
             f,
-            "{}, {:.1} s, {} detections, at rate {}, {} repeats, load {}, trigger {}, wait {}, transport {}",
+            "{}, {:.1} s, {} detections, at rate {}, {}, load {}, trigger {}, wait {}, transport {}",
             recording.file_name,
             recording.duration_s,
             recording.detections,
             conditions.rate,
-            self.repeats.len(),
+            self.repeats_in_words(),
             conditions.load,
             conditions.trigger,
             conditions.wait,
@@ -51,11 +58,26 @@ impl ProfileFigures {
             clock.unwrap_or("unknown"),
             machine.memory_bytes as f64 / 1e9
         )?;
+        let mut refused = false;
         for rights in self.repeats.last().map_or(&[][..], |repeat| &repeat.rights) {
             let missing = rights.missing();
             if !missing.is_empty() {
+                refused = true;
                 writeln!(f, "note: {} was not granted {}", rights.process, missing.join(", "))?;
             }
+        }
+        if refused { writeln!(f, "note: `cncbf doctor` tells how to get these rights") } else { Ok(()) }
+    }
+
+    /// What may look wrong and is not.
+    fn write_reading_aid(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(
+            "\na percentile that asks for more values than there are is the maximum; p99.99 needs 10000",
+        )?;
+        if self.pooled.hops.iter().any(|of| of.latencies.summary().negative > 0) {
+            f.write_str(
+                "\nnegative: the later stamp lies before the earlier one, which no sound record has; counted apart",
+            )?;
         }
         Ok(())
     }
@@ -128,12 +150,19 @@ impl ProfileFigures {
 
     fn write_memory(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Some(total_bytes) = self.resident_bytes() else { return Ok(()) };
-        write!(f, "\n\nresident memory {:.1} MB", total_bytes as f64 / 1e6)?;
-        let of_worst = self.repeats.iter().max_by_key(|repeat| repeat.resident_bytes());
-        for resident in of_worst.map_or(&[][..], |repeat| &repeat.resident) {
+        write!(f, "\n\nresident memory {:.1} MB in all", total_bytes as f64 / 1e6)?;
+        let worst = self.repeats.iter().max_by_key(|repeat| repeat.resident_bytes());
+        let resident = worst.map_or(&[][..], |repeat| &repeat.resident);
+        if resident.iter().all(|resident| resident.proportional_bytes > 0) {
+            f.write_str(", shared pages counted once; each with everything it maps")?;
+        }
+        // Locked is what would stay if it were touched, hence it may be more than what is there.
+        f.write_str(" (in brackets the address space it locked):")?;
+        for (index, resident) in resident.iter().enumerate() {
             write!(
                 f,
-                ", {} {:.1} ({:.1} locked)",
+                "{} {} {:.1} ({:.1})",
+                if index == 0 { "" } else { "," },
                 resident.process,
                 resident.resident_bytes as f64 / 1e6,
                 resident.locked_bytes as f64 / 1e6

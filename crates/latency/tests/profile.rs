@@ -137,6 +137,9 @@ fn a_profile_survives_its_file_and_other_files_are_refused() {
         ProfileFigures::read(newer.as_bytes()),
         Err(ReadProfileError::OtherFormat { found }) if found == "cncbf-profile/2"
     ));
+    let mut empty = Vec::new();
+    ProfileFigures::new(figures.conditions.clone(), Vec::new()).write(&mut empty).unwrap();
+    assert!(matches!(ProfileFigures::read(&empty[..]), Err(ReadProfileError::NoRepeats)));
     let cut = &text.as_bytes()[..text.len() / 2];
     assert!(matches!(ProfileFigures::read(cut), Err(ReadProfileError::NotAProfile(_))));
     assert!(matches!(ProfileFigures::read(&b"{\"verdict\": 1}"[..]), Err(ReadProfileError::NotAProfile(_))));

@@ -83,7 +83,8 @@ impl LoadReport {
 impl core::fmt::Display for LoadReport {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self { kind, threads, seconds, iterations, footprint_bytes, .. } = self;
-        write!(f, "{kind}: {threads} threads, {seconds:.1} s, {iterations} rounds")?;
+        let noun = if *threads == 1 { "thread" } else { "threads" };
+        write!(f, "{kind}: {threads} {noun}, {seconds:.1} s, {iterations} rounds")?;
         if *footprint_bytes > 0 {
             let footprint_mb = *footprint_bytes as f64 * 1e-6;
             write!(f, ", {:.0} MB/s through {footprint_mb:.0} MB", self.megabytes_per_s())?;
