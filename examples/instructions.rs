@@ -22,6 +22,8 @@ use settings::KernelChoice;
 
 /// Calls before the one that counts: buffers are then in use and plans stand.
 const WARM_UP: usize = 8;
+/// Steps of the controller before the one that counts: 5 s, when it is past its first turn.
+const UNDER_WAY: usize = 100;
 
 /// What callgrind counts.
 #[inline(never)]
@@ -73,7 +75,7 @@ fn main() {
 /// One step of the controller under way to its first goal.
 fn mpc_steps() {
     let mut drive = Drive::new();
-    for _ in 0..WARM_UP {
+    for _ in 0..UNDER_WAY {
         drive.arrive();
         let command = drive.step();
         drive.follow(&command);

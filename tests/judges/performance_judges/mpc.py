@@ -1,7 +1,8 @@
 """CasADi's IPOPT as the nominal controller, in the same closed loop as `benches/scenes/drive.rs`.
 
-The problem is that of `casadi_mpc_reference.py`, built from scalar symbols, which CasADi evaluates faster than matrices. Each
-step starts from the previous solution, shifted by the period, with its multipliers: a warm start.
+The problem is that of `casadi_mpc_reference.py`. Each step starts from the previous plan, shifted by the period. `IpoptDrive` is
+what one writes: matrices of symbols, IPOPT's own options. `TunedIpoptDrive` is the fastest found: scalar symbols, multipliers kept,
+a small barrier from the start, a blunter tolerance.
 """
 
 import time
@@ -14,6 +15,9 @@ class IpoptDrive:
     """A robot that does as IPOPT says, on its way between the goals."""
 
     name = "CasADi IPOPT, warm"
+    symbol = ca.MX
+    ipopt = {}
+    keeps_multipliers = False
 
     def __init__(self, described):
         self.settings = described["mpc"]
@@ -38,9 +42,9 @@ class IpoptDrive:
         return x + step_s * ca.vertcat(u[0] * ca.cos(x[2]), u[0] * ca.sin(x[2]), u[1])
 
     def build(self):
-        states = ca.SX.sym("X", 3, self.steps + 1)
-        controls = ca.SX.sym("U", 2, self.steps)
-        start = ca.SX.sym("x0", 3)
+        states = self.symbol.sym("X", 3, self.steps + 1)
+        controls = self.symbol.sym("U", 2, self.steps)
+        start = self.symbol.sym("x0", 3)
         q, last_q, r = (
             ca.diag(self.settings[key]) for key in ("state_weight", "terminal_weight", "control_weight")
         )
@@ -52,10 +56,7 @@ class IpoptDrive:
         problem = {
             "x": ca.vertcat(ca.vec(states), ca.vec(controls)), "f": cost, "g": ca.vertcat(*gaps), "p": start
         }
-        ipopt = {
-            "print_level": 0, "sb": "yes", "tol": 1e-6, "warm_start_init_point": "yes",
-            "warm_start_bound_push": 1e-6, "warm_start_mult_bound_push": 1e-6, "mu_init": 1e-4,
-        }
+        ipopt = {"print_level": 0, "sb": "yes"} | self.ipopt
         return ca.nlpsol("mpc", "ipopt", problem, {"print_time": False, "ipopt": ipopt})
 
     def guess(self, start):
@@ -97,8 +98,21 @@ class IpoptDrive:
             began_ns = time.perf_counter_ns()
             result = self.solve(start)
             durations_us.append((time.perf_counter_ns() - began_ns) * 1e-3)
-            self.multipliers = {"lam_x0": result["lam_x"], "lam_g0": result["lam_g"]}
+            if self.keeps_multipliers:
+                self.multipliers = {"lam_x0": result["lam_x"], "lam_g0": result["lam_g"]}
             solution = np.asarray(result["x"]).ravel()
             self.controls = solution[3 * (self.steps + 1):].reshape(self.steps, 2)
             self.advance(self.controls[0])
         return durations_us
+
+
+class TunedIpoptDrive(IpoptDrive):
+    """The same, tuned for the closed loop."""
+
+    name = "CasADi IPOPT, warm and tuned"
+    symbol = ca.SX
+    ipopt = {
+        "tol": 1e-6, "warm_start_init_point": "yes", "warm_start_bound_push": 1e-6,
+        "warm_start_mult_bound_push": 1e-6, "mu_init": 1e-4,
+    }
+    keeps_multipliers = True
