@@ -18,8 +18,8 @@ pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
     let settings = settings(&args.process)?;
     let playback = Playback::new(args.rate, args.passes)?;
     anyhow::ensure!(
-        args.source != Source::Sim || playback == Playback::AS_RECORDED,
-        "--rate and --passes are for recordings; the simulated crowd has its own pace"
+        matches!(args.source, Source::Mcap(_)) || playback == Playback::AS_RECORDED,
+        "--rate and --passes are for recordings; a simulated crowd or a live graph has its own pace"
     );
     let choice = args.source.choice(args.closed_loop, playback);
     perception_bridge::shell::run(&settings, &args.process.instance, &choice)?;
