@@ -77,8 +77,12 @@ pub(crate) struct ProcessArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) config: Option<PathBuf>,
     /// Name of the stack; stacks with different names do not see each other
-    #[arg(long, value_name = "NAME", default_value = "cncbf")]
+    #[arg(long, value_name = "NAME", default_value = "cncbf", value_parser = instance)]
     pub(crate) instance: String,
+}
+
+fn instance(text: &str) -> Result<String, node_runtime::NodeError> {
+    node_runtime::check_instance(text).map(|()| text.to_owned())
 }
 
 /// Options of `run`.
@@ -86,13 +90,12 @@ pub(crate) struct ProcessArgs {
 #[command(after_help = "Examples:
   cncbf run
   cncbf run --config config/ground_robot_paper.toml --seed 3 --people 15
-  cncbf run --source mcap:drive.mcap --duration 20 --report runs/drive
-  ROS_DOMAIN_ID=7 cncbf run --source ros2         drives a robot's /cmd_vel until Ctrl-C")]
+  cncbf run --source mcap:drive.mcap --duration 20 --report runs/drive")]
 pub(crate) struct RunArgs {
     /// Settings and name of the stack
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
-    /// Where the world comes from: `sim`, `mcap:FILE`, or `ros2`
+    /// Where the world comes from: `sim`, or `mcap:FILE`
     #[arg(long, value_name = "SOURCE", default_value = "sim")]
     pub(crate) source: Source,
     /// End after this long, s [default: when the goal is reached or the source ends]
@@ -334,13 +337,14 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
   cncbf doctor --instance cncbf                    and what the processes of a running stack were granted
 
 Everything that is asked of the kernel is given back. Each way of waking up gets an equal share of the time, in turns.
-Exit code 1: something was found that makes a run miss deadlines or fail, or the filter's rate is not held.")]
+Exit code 1: something was found that makes a run miss deadlines or fail, or the filter's rate is not held; 2: unusable
+arguments or settings.")]
 pub(crate) struct DoctorArgs {
     /// Settings whose `[realtime]` is tried out, and name of the stack that is looked for
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
     /// How long wake-ups are measured, s
-    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    #[arg(long, value_name = "S", default_value_t = 10.0, allow_negative_numbers = true)]
     pub(crate) seconds: f64,
     /// Print as JSON
     #[arg(long)]
@@ -353,7 +357,7 @@ pub(crate) struct BridgeArgs {
     /// Settings and name of the stack
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
-    /// Where the world comes from: `sim`, `mcap:FILE`, or `ros2`
+    /// Where the world comes from: `sim`, or `mcap:FILE`
     #[arg(long, value_name = "SOURCE", default_value = "sim")]
     pub(crate) source: Source,
     /// Replace a recording's robot by a simulated one that obeys the filter
@@ -387,8 +391,6 @@ pub(crate) enum Source {
     Sim,
     /// A recording.
     Mcap(PathBuf),
-    /// The live ROS 2 graph that the environment names.
-    Ros2,
 }
 
 impl Source {
@@ -397,7 +399,6 @@ impl Source {
         match self {
             Self::Sim => SourceChoice::Simulation,
             Self::Mcap(file) => SourceChoice::Mcap { file: file.clone(), closed_loop, playback },
-            Self::Ros2 => SourceChoice::Ros2,
         }
     }
 }
@@ -407,9 +408,8 @@ impl std::str::FromStr for Source {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
             None if text == "sim" => Ok(Self::Sim),
-            None if text == "ros2" => Ok(Self::Ros2),
             Some(("mcap", file)) if !file.is_empty() => Ok(Self::Mcap(PathBuf::from(file))),
-            _ => Err(format!("unknown source `{text}`; use `sim`, `mcap:FILE` or `ros2`")),
+            _ => Err(format!("unknown source `{text}`; use `sim` or `mcap:FILE`")),
         }
     }
 }
@@ -419,7 +419,6 @@ impl std::fmt::Display for Source {
         match self {
             Self::Sim => f.write_str("sim"),
             Self::Mcap(file) => write!(f, "mcap:{}", file.display()),
-            Self::Ros2 => f.write_str("ros2"),
         }
     }
 }

@@ -31,13 +31,14 @@ pub(crate) fn someone_watches() -> bool {
 }
 
 /// Refuses an output file that cannot be written, before hours of work go into what it should hold.
-pub(crate) fn refuse_unwritable(file: &Path) -> anyhow::Result<()> {
+/// `option` is the one that names it.
+pub(crate) fn refuse_unwritable(file: &Path, option: &str) -> anyhow::Result<()> {
     let existed = file.exists();
     std::fs::OpenOptions::new()
         .append(true)
         .create(true)
         .open(file)
-        .with_context(|| format!("cannot write {}; name another file with --output", file.display()))?;
+        .with_context(|| format!("cannot write {}; name another file with {option}", file.display()))?;
     if !existed {
         std::fs::remove_file(file).with_context(|| format!("cannot remove {}", file.display()))?;
     }

@@ -15,7 +15,7 @@ const SIDE: usize = 91;
 
 /// Writes the picture of `model`, with V where `--value` names its file or a closed form is known.
 pub(crate) fn plot(args: &InspectArgs, model: &Model, output: &Path) -> anyhow::Result<()> {
-    crate::common::refuse_unwritable(output)?;
+    crate::common::refuse_unwritable(output, "--output")?;
     let metadata = model.metadata();
     let truth = (args.value.is_some() || metadata.dynamics == DynamicsKind::DoubleIntegratorPair)
         .then(|| crate::verify::truth(model, args.value.as_deref()))

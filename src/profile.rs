@@ -47,15 +47,22 @@ pub(crate) fn profile(args: &ProfileArgs) -> anyhow::Result<bool> {
     cbf_filter::SafetyFilter::new(&settings, &model)?;
     let (playback, recording) = playback(args, &settings)?;
     if let Some(trace) = &args.trace {
-        refuse_unwritable(trace)?;
+        refuse_unwritable(trace, "--trace")?;
     }
     let conditions = conditions(args, &settings, recording, transport)?;
     let baseline = baseline::read(args, &conditions)?;
 
     let folder = run_folder::create(args.report.as_deref())?;
-    for remark in beforehand(args, &conditions, playback) {
-        eprintln!("note: {remark}");
+    let cautions = cautions(&conditions, playback);
+    for caution in &cautions {
+        eprintln!("note: {caution}");
     }
+    let length_s = args.duration.unwrap_or(conditions.recording.duration_s / playback.rate());
+    eprintln!(
+        "note: {} of {length_s:.1} s, load {}; interrupt it (Ctrl-C) to keep what was measured until then",
+        counted(args.repeat.into(), "run"),
+        conditions.load
+    );
     let plan = RepeatPlan {
         settings: &settings,
         instance: &args.process.instance,
@@ -66,17 +73,24 @@ pub(crate) fn profile(args: &ProfileArgs) -> anyhow::Result<bool> {
         load: args.load.kind(),
         folder: &folder,
     };
-    let Runs { repeats, notes, runs } = run_all(&plan, args.repeat, conditions.filter_period_ns)?;
+    let Runs { repeats, notes, runs, cut_off } = run_all(&plan, args.repeat, conditions.filter_period_ns)?;
     let figures = ProfileFigures::new(conditions, repeats);
     let comparison = baseline.as_ref().map(|baseline| compare(&baseline.figures, &figures, baseline.across));
     // Written before a refusal is told: the figures are sound, whatever they cannot be compared with.
     let comparable = comparison.as_ref().and_then(|comparison| comparison.as_ref().ok());
     let judged = judge(&args.budget, &figures, comparable);
+    let mut remarks = pace::remarks(&figures, &notes);
+    if let Some(number) = cut_off {
+        remarks.push(format!(
+            "repeat {number}: interrupted before a command used detections; not in the figures"
+        ));
+    }
     let outcome = output::Outcome {
         figures: &figures,
         passes: playback.passes(),
         notes: &notes,
-        remarks: pace::remarks(&figures, &notes),
+        cautions,
+        remarks,
         comparison: comparable,
         judged: judged.as_deref().unwrap_or_default(),
     };
@@ -90,7 +104,7 @@ pub(crate) fn profile(args: &ProfileArgs) -> anyhow::Result<bool> {
         comparison?;
     }
     let whole = notes.iter().all(|note| note.crashes == 0 && !note.interrupted);
-    Ok(whole && !judged?.iter().any(Judged::fails))
+    Ok(whole && cut_off.is_none() && !judged?.iter().any(Judged::fails))
 }
 
 /// Everything that was run.
@@ -99,19 +113,23 @@ struct Runs {
     notes: Vec<RepeatNotes>,
     /// What was said in each, for timelines and the trace.
     runs: Vec<RunMessages>,
+    /// The repeat, counted from 1, that somebody interrupted before anything of it could be measured.
+    cut_off: Option<u32>,
 }
 
 fn run_all(plan: &RepeatPlan<'_>, repeats: u32, filter_period_ns: u64) -> anyhow::Result<Runs> {
-    let mut runs = Runs { repeats: Vec::new(), notes: Vec::new(), runs: Vec::new() };
+    let mut runs = Runs { repeats: Vec::new(), notes: Vec::new(), runs: Vec::new(), cut_off: None };
     for number in 1..=repeats {
         let (run, notes) = repeat::run(plan, number, repeats)?;
         // Before it, processes start, connect, and touch their memory for the first time; counted apart.
-        let measured_from_ns = run.first_use_ns().with_context(|| {
-            format!(
-                "repeat {number}: no safe command rests on any detection; play for longer, or see the logs beside {}",
-                notes.recording.display()
-            )
-        })?;
+        let Some(measured_from_ns) = run.first_use_ns() else {
+            // What earlier repeats measured is sound.
+            if notes.interrupted && !runs.runs.is_empty() {
+                runs.cut_off = Some(number);
+                break;
+            }
+            anyhow::bail!(nothing_measured(number, &notes));
+        };
         runs.repeats.push(RepeatFigures::of(filter_period_ns, &run, measured_from_ns));
         let interrupted = notes.interrupted;
         runs.notes.push(notes);
@@ -203,29 +221,55 @@ fn conditions(
     })
 }
 
-/// What a person should know before waiting for the figures.
-fn beforehand(args: &ProfileArgs, conditions: &Conditions, playback: Playback) -> Vec<String> {
-    let mut remarks = Vec::new();
+/// Why a repeat gives no figures, and what to do.
+fn nothing_measured(number: u32, notes: &RepeatNotes) -> String {
+    let logs = notes.recording.parent().unwrap_or(Path::new(".")).display();
+    match notes {
+        RepeatNotes { interrupted: true, .. } => {
+            format!("repeat {number} was interrupted before a command used detections; nothing was measured")
+        }
+        RepeatNotes { frames_published: 0, crashes: 0, .. } => format!(
+            "repeat {number}: no detections were played; the recording begins without any, so play for longer (--duration), or \
+             faster (--rate)"
+        ),
+        RepeatNotes { frames_published, crashes, .. } => format!(
+            "repeat {number}: no safe command rests on any of {}, {} ended unexpectedly; the logs in {logs} tell why",
+            counted(*frames_published, "frame"),
+            counted(*crashes as u64, "process")
+        ),
+    }
+}
+
+/// A number of things, which are more than one thing only where they are.
+fn counted(number: u64, thing: &str) -> String {
+    match (number, thing) {
+        (1, _) => format!("1 {thing}"),
+        (_, "process") => format!("{number} processes"),
+        _ => format!("{number} {thing}s"),
+    }
+}
+
+/// What a reader of the figures should know, and is told before waiting for them.
+fn cautions(conditions: &Conditions, playback: Playback) -> Vec<String> {
+    let mut cautions = Vec::new();
     let once_s = conditions.recording.duration_s / playback.rate();
     if playback.rate() != 1.0 {
-        remarks.push(format!(
+        cautions.push(format!(
             "at rate {} the filter sees other speeds than were recorded; only timing means anything",
             playback.rate()
         ));
     }
     if playback.passes() > 1 {
-        remarks.push(format!(
+        cautions.push(format!(
             "the recording lasts {once_s:.1} s at this rate and is played again and again; people and robot jump back at \
              each beginning"
         ));
     }
     if conditions.wait == "spin" && conditions.machine.cores < PROCESSES {
-        remarks.push(format!(
+        cautions.push(format!(
             "{PROCESSES} processes spin on {} cores: they take turns, tens of milliseconds each",
             conditions.machine.cores
         ));
     }
-    let length_s = args.duration.unwrap_or(once_s);
-    remarks.push(format!("{} runs of {length_s:.1} s each, load {}", args.repeat, conditions.load));
-    remarks
+    cautions
 }

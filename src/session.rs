@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::Context;
 use launcher::{Child, Event, Launcher, Plan, RestartPolicy, StopReport};
 use messages::{ProcessId, Reason, SafeCommand, SafetyStatus, SourceStatus};
-use node_runtime::{Clock, Domain, Node, RealClock, Shutdown, Subscriber};
+use node_runtime::{Clock, Domain, Node, RealClock, Shutdown, Subscriber, members};
 use perception_bridge::Playback;
 use settings::Settings;
 
@@ -81,6 +81,7 @@ pub(crate) fn run_stack(
     look: &mut dyn FnMut(&Launcher, Moment) -> anyhow::Result<()>,
 ) -> anyhow::Result<SessionEnd> {
     let shutdown = Shutdown::install()?;
+    refuse_second_stack(plan.instance)?;
     let node = Node::open(plan.instance, ProcessId::Launcher)?;
     let mut watch = Watch {
         commands: node.subscriber::<SafeCommand>()?,
@@ -118,6 +119,23 @@ pub(crate) fn run_stack(
     let stopped = stop(launcher);
     tracing::info!(?stopped, "stack stopped");
     Ok(SessionEnd { crashes, interrupted })
+}
+
+/// Refuses a stack whose name another one bears: each process would fail by itself, and the record would be the other's.
+fn refuse_second_stack(instance: &str) -> anyhow::Result<()> {
+    // Where they cannot be listed, opening a node tells why.
+    let members = members(&Domain::from_env()?).unwrap_or_default();
+    // The nominal controller is none of them: somebody else's may wait for a stack.
+    let names = [ProcessId::Bridge, ProcessId::Estimator, ProcessId::Filter]
+        .map(|process| format!("{instance}/{process}"));
+    if let Some(other) = members.iter().find(|member| member.alive && names.contains(&member.name)) {
+        anyhow::bail!(
+            "{} is already running (pid {}); end that stack, or name this one with --instance",
+            other.name,
+            other.pid
+        );
+    }
+    Ok(())
 }
 
 /// Starts the recorder, and once it listens everything else, so that nobody speaks before.
@@ -265,16 +283,10 @@ fn line(heading: &str, source: &SourceStatus, command: Option<&SafeCommand>) -> 
             )
         },
     );
-    // A live graph has no end of its own and does not know the truth.
-    let of_at_most = if source.total_ns > 0 {
-        format!(" of at most {:.0}", source.total_ns as f64 * 1e-9)
-    } else {
-        String::new()
-    };
-    let clearance = if source.clearance_m.is_finite() {
-        format!(", clearance {:.2} m", source.clearance_m)
-    } else {
-        String::new()
-    };
-    format!("{heading}{seconds:.1}{of_at_most} s, goal {:.1} m{clearance}, {filter}", source.goal_distance_m)
+    format!(
+        "{heading}{seconds:.1} of at most {:.0} s, goal {:.1} m, clearance {:.2} m, {filter}",
+        source.total_ns as f64 * 1e-9,
+        source.goal_distance_m,
+        source.clearance_m
+    )
 }

@@ -34,7 +34,7 @@ pub(crate) fn solve(args: &SolveArgs) -> anyhow::Result<bool> {
 
 /// Solves with a progress bar and writes the result to `output`. What an interrupted call left is gone on with.
 pub(crate) fn solve_to(settings: &Settings, output: &Path) -> anyhow::Result<ValueFunction> {
-    crate::common::refuse_unwritable(output)?;
+    crate::common::refuse_unwritable(output, "--output")?;
     let shutdown = Shutdown::install()?;
     let checkpoint = crate::common::beside(output, "checkpoint");
     let memory_mib = memory_of_settings_bytes(settings)? >> 20;

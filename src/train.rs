@@ -21,7 +21,7 @@ pub(crate) fn train(args: &TrainArgs) -> anyhow::Result<bool> {
     let offline = offline(&settings)?;
     let output =
         args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.safetensors", offline.name)));
-    crate::common::refuse_unwritable(&output)?;
+    crate::common::refuse_unwritable(&output, "--output")?;
 
     let value_file = args.value.clone().map_or_else(|| default_value_file(&settings), Ok)?;
     let (solved, truth) = match offline.training.target {

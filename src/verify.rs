@@ -20,7 +20,7 @@ use crate::progress::Bar;
 pub(crate) fn verify(args: &VerifyArgs) -> anyhow::Result<bool> {
     let model = Model::load(&args.model).with_context(|| format!("cannot use {}", args.model.display()))?;
     let output = args.output.as_ref().unwrap_or(&args.model);
-    crate::common::refuse_unwritable(output)?;
+    crate::common::refuse_unwritable(output, "--output")?;
     let truth = truth(&model, args.value.as_deref())?;
     let mut plan = VerificationPlan::standard(args.alpha, args.period, args.slack_weight, args.seed);
     plan.scenario = plan.scenario.filter(|_| args.rollouts > 0);

@@ -62,7 +62,7 @@ fn the_text_form_ends_in_plain_words_about_the_settings_own_rate() {
     for expected in [
         "This machine",
         "tried out and given back",
-        "No stack named cncbf",
+        "No running stack named cncbf",
         "over a period",
         "  100 Hz:",
         "PREEMPT_RT",

@@ -14,8 +14,9 @@ use bytemuck::Zeroable;
 use command::{Said, at, cncbf, count, scratch};
 use latency::ProfileFigures;
 use messages::{Cycle, Detections, ProcessId, RobotState, SafeCommand};
-use node_runtime::{Clock, RealClock, ScopedDomain};
+use node_runtime::{Clock, RealClock, ScopedDomain, members};
 use recording::{Recorder, RecordingInfo, read_wire};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 /// Longest wait for anything, ns. Generous: it only has to end a test that has failed.
@@ -219,7 +220,7 @@ fn what_cannot_be_profiled_is_refused_before_anything_runs() {
     std::fs::write(&garbage, "{\"format\": \"cncbf-profile/0\"}").expect("a writable file");
     let garbage = garbage.display().to_string();
     let nowhere = folder.join("nowhere.mcap");
-    let cases: [(&Path, &[&str], &str); 11] = [
+    let cases: [(&Path, &[&str], &str); 14] = [
         (&no_detections, &[], "detections"),
         (&nobody, &[], "holds anybody"),
         (&nowhere, &[], "nowhere.mcap"),
@@ -231,6 +232,9 @@ fn what_cannot_be_profiled_is_refused_before_anything_runs() {
         (&demo(), &["--budget", "end_to_end.p99"], "is no budget"),
         (&demo(), &["--across"], "--baseline"),
         (&demo(), &["--repeat", "0"], "--repeat"),
+        (&demo(), &["--duration", "-1"], "is no time"),
+        (&demo(), &["--trace", "/nowhere/trace.json"], "with --trace"),
+        (&demo(), &["--instance", "two words"], "cannot name an instance"),
     ];
     for (file, arguments, hint) in cases {
         let said = profile(&folder, file, arguments);
@@ -238,6 +242,79 @@ fn what_cannot_be_profiled_is_refused_before_anything_runs() {
         assert!(said.err.contains(hint), "{arguments:?}: {}", said.err);
         assert!(said.out.is_empty(), "{arguments:?}: {}", said.out);
         assert!(!folder.join("report").exists(), "{arguments:?} began to run");
+    }
+}
+
+#[test]
+fn a_duration_that_ends_before_the_first_detections_is_told_so() {
+    let folder = scratch("profile_too_short");
+    let file = folder.join("late_detections.mcap");
+    let info =
+        RecordingInfo { odom_frame: "odom".into(), base_frame: "base".into(), ..RecordingInfo::default() };
+    let mut recorder = Recorder::create(&file, info).expect("a writable file");
+    for step in 1..=600_u64 {
+        let at_ns = 1_000_000_000 + step * 50_000_000;
+        let mut state = RobotState::zeroed();
+        (state.stamp.published_ns, state.stamp.valid_at_ns) = (at_ns, at_ns);
+        assert!(recorder.record(at_ns, state));
+        if step > 590 {
+            let mut somebody = Detections::zeroed();
+            (somebody.stamp.published_ns, somebody.stamp.valid_at_ns) = (at_ns, at_ns);
+            somebody.count = 1;
+            somebody.items[0].radius_m = 0.3;
+            assert!(recorder.record(at_ns, somebody));
+        }
+    }
+    recorder.finish().expect("a complete file");
+    let said = profile(&folder, &file, &["--duration", "0.5", "--repeat", "1"]);
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(
+        said.err.contains("no detections were played") && said.err.contains("--duration"),
+        "{}",
+        said.err
+    );
+}
+
+#[test]
+fn an_interrupted_profile_keeps_what_it_has_measured() {
+    let folder = scratch("profile_interrupted");
+    let (domain, report) = (ScopedDomain::new(), folder.join("report"));
+    let child = cncbf(&domain, &folder)
+        .args([OsStr::new("profile"), demo().as_os_str(), OsStr::new("--report"), report.as_os_str()])
+        .args(["--repeat", "3", "--duration", "1", "--json"])
+        .spawn()
+        .expect("the command starts");
+    wait_until("the second repeat begins", &|| report.join("repeat_2/run.mcap").exists());
+    kill_process(Pid::from_child(&child), Signal::INT).expect("it runs");
+    let said = Said::of(child.wait_with_output().expect("it ends"));
+    assert_eq!(said.code, 1, "{}", said.err);
+    assert!(said.err.contains("repeat 2: interrupted"), "{}", said.err);
+    let repeats = at(&said.json(), "/repeats").as_array().map_or(0, Vec::len);
+    assert!((1..=2).contains(&repeats), "{repeats} repeats");
+    assert!(report.join("profile.html").exists());
+}
+
+#[test]
+fn a_second_stack_of_the_same_name_is_refused() {
+    let folder = scratch("profile_second");
+    let domain = ScopedDomain::new();
+    let mut filter = cncbf(&domain, &folder).arg("filter").spawn().expect("the filter starts");
+    wait_until("the filter joins", &|| {
+        members(&domain).is_ok_and(|members| members.iter().any(|member| member.name == "cncbf/filter"))
+    });
+    let said = Said::by(cncbf(&domain, &folder), &[&"profile", &demo(), &"--duration", &"1"]);
+    kill_process(Pid::from_child(&filter), Signal::TERM).expect("the filter runs");
+    filter.wait().expect("the filter ends");
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert!(said.err.contains("cncbf/filter is already running"), "{}", said.err);
+    assert!(said.err.contains("--instance"), "{}", said.err);
+}
+
+fn wait_until(what: &str, met: &dyn Fn() -> bool) {
+    let give_up_ns = RealClock.now_ns() + PATIENCE_NS;
+    while !met() {
+        assert!(RealClock.now_ns() < give_up_ns, "waited in vain: {what}");
+        std::thread::sleep(Duration::from_millis(5));
     }
 }
 
@@ -261,13 +338,6 @@ fn load_ends_with_whoever_started_it_even_if_that_is_killed() {
     let runs = || {
         let stat = procfs::process::Process::new(pid).and_then(|process| process.stat());
         stat.is_ok_and(|stat| stat.state != 'Z')
-    };
-    let wait_until = |what: &str, met: &dyn Fn() -> bool| {
-        let give_up_ns = RealClock.now_ns() + PATIENCE_NS;
-        while !met() {
-            assert!(RealClock.now_ns() < give_up_ns, "waited in vain: {what}");
-            std::thread::sleep(Duration::from_millis(5));
-        }
     };
     wait_until("the load begins", &|| {
         let process = procfs::process::Process::new(pid).and_then(|process| process.stat());

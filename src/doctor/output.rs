@@ -80,7 +80,7 @@ impl Examination {
 
     fn write_running(&self, text: &mut String, instance: &str) -> std::fmt::Result {
         if self.running.is_empty() {
-            return writeln!(text, "\nNo stack named {instance} is running");
+            return writeln!(text, "\nNo running stack named {instance} was found");
         }
         writeln!(text, "\nThe stack {instance}, which is running")?;
         for process in &self.running {

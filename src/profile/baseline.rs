@@ -27,7 +27,8 @@ pub(super) fn read(args: &ProfileArgs, conditions: &Conditions) -> anyhow::Resul
     };
     let open =
         || -> anyhow::Result<ProfileFigures> { Ok(ProfileFigures::read(BufReader::new(File::open(path)?))?) };
-    let figures = open().with_context(|| format!("cannot use the baseline {}", path.display()))?;
+    let figures =
+        open().with_context(|| format!("cannot use the baseline {} (--baseline)", path.display()))?;
     let differences = figures.conditions.differences(conditions);
     if !args.across && !differences.is_empty() {
         let listed: Vec<String> = differences.iter().map(ToString::to_string).collect();

@@ -20,6 +20,9 @@ pub(super) struct Outcome<'a> {
     /// How often the recording is played in a row in each run.
     pub(super) passes: u32,
     pub(super) notes: &'a [RepeatNotes],
+    /// What the options mean for the figures.
+    pub(super) cautions: Vec<String>,
+    /// What went otherwise than it was meant to.
     pub(super) remarks: Vec<String>,
     pub(super) comparison: Option<&'a Comparison>,
     #[serde(rename = "budgets")]
@@ -49,11 +52,19 @@ impl Outcome<'_> {
             runs,
             comparison: self.comparison,
             judged: self.judged,
+            warnings: &self.remarks,
+            notes: &[self.cautions.clone(), self.loads()].concat(),
         })?;
         let mut html = create("profile.html")?;
         html.write_all(page.as_bytes())?;
         html.flush()?;
         Ok(())
+    }
+
+    /// What the load generator did in each repeat.
+    fn loads(&self) -> Vec<String> {
+        let loads = self.notes.iter().enumerate().filter_map(|(index, note)| Some((index + 1, note.load?)));
+        loads.map(|(repeat, load)| format!("load of repeat {repeat}: {load}")).collect()
     }
 
     /// Prints the tables, or JSON if asked; the rest goes to standard error.
@@ -73,8 +84,8 @@ impl Outcome<'_> {
                 self.judged.iter().for_each(|judged| println!("{judged}"));
             }
         }
-        for (index, load) in self.notes.iter().enumerate().filter_map(|(i, note)| Some((i, note.load?))) {
-            eprintln!("load of repeat {}: {load}", index + 1);
+        for load in self.loads() {
+            eprintln!("{load}");
         }
         for remark in &self.remarks {
             eprintln!("warning: {remark}");

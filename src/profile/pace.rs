@@ -52,8 +52,8 @@ pub(super) fn remarks(figures: &ProfileFigures, notes: &[RepeatNotes]) -> Vec<St
         }
         if note.crashes > 0 {
             say(format!(
-                "{} processes ended unexpectedly; see the logs beside {}",
-                note.crashes,
+                "{} ended unexpectedly; see the logs beside {}",
+                super::counted(note.crashes as u64, "process"),
                 note.recording.display()
             ));
         }

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use latency::RunMessages;
 use load_generator::{LoadKind, LoadReport};
-use messages::{Cycle, Detections, Health, ProcessId, SafeCommand};
+use messages::{Cycle, Detections, Health, Message, ProcessId, SafeCommand};
 use perception_bridge::Playback;
+use recording::{ReadWireError, read_wire};
 use serde::Serialize;
 use settings::Settings;
 
 use super::load::Load;
 use super::memory::MemoryWatch;
 use crate::cli::Source;
-use crate::outcome::messages_of;
 use crate::session::{SPEAKERS, SessionPlan, run_stack};
 
 /// What every repeat is told.
@@ -77,12 +77,12 @@ pub(super) fn run(plan: &RepeatPlan<'_>, number: u32, of: u32) -> anyhow::Result
     })?;
     let load = load.map(Load::stop).transpose()?;
     let run = RunMessages {
-        safe_commands: messages_of::<SafeCommand>(&recording)?,
-        cycles: messages_of::<Cycle>(&recording)?,
-        health: messages_of::<Health>(&recording)?,
+        safe_commands: said::<SafeCommand>(&recording)?,
+        cycles: said::<Cycle>(&recording)?,
+        health: said::<Health>(&recording)?,
         resident: memory.largest(),
     };
-    let frames = messages_of::<Detections>(&recording)?;
+    let frames = said::<Detections>(&recording)?;
     let ingress_ns: Vec<u64> = frames.iter().map(|frame| frame.stamp.ingress_ns).collect();
     let used: BTreeSet<u64> = run.safe_commands.iter().map(|c| c.ledger.detections_ingress_ns).collect();
     let is_used = |ingress_ns: &&u64| used.contains(*ingress_ns);
@@ -100,6 +100,17 @@ pub(super) fn run(plan: &RepeatPlan<'_>, number: u32, of: u32) -> anyhow::Result
         load,
     };
     Ok((run, notes))
+}
+
+/// Every message of one kind; none where nobody said any, as in a run that ended early.
+fn said<T: Message>(recording: &Path) -> anyhow::Result<Vec<T>> {
+    match read_wire::<T>(recording) {
+        Ok(stamped) => Ok(stamped.into_iter().map(|(_, message)| message).collect()),
+        Err(ReadWireError::NoChannel { .. }) => Ok(Vec::new()),
+        Err(error) => {
+            Err(error).with_context(|| format!("cannot read {} from {}", T::SERVICE, recording.display()))
+        }
+    }
 }
 
 /// Processes of which the record lacks the end. Each says how many cycles it ran when it has ended, hence after the last one.

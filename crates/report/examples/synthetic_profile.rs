@@ -32,8 +32,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{judged}");
     }
     let title = "cncbf profile crowd.mcap --baseline old.json";
-    let page =
-        ProfilePage { title, figures: &figures, runs: &runs, comparison: Some(&comparison), judged: &judged };
+    let page = ProfilePage {
+        title,
+        figures: &figures,
+        runs: &runs,
+        comparison: Some(&comparison),
+        judged: &judged,
+        warnings: &[],
+        notes: &[],
+    };
     std::fs::write(folder.join("profile.html"), profile_html(&page)?)?;
     figures.write(File::create(folder.join("profile.json"))?)?;
     write_hlog(&figures, &mut File::create(folder.join("profile.hlog"))?)?;

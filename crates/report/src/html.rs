@@ -203,9 +203,10 @@ fn latency_table(verdict: &Verdict) -> String {
 /// One row of a table of latencies: name and meaning, count, every statistic in µs.
 pub(crate) fn latency_row(name: &str, meaning: &str, latency: &LatencySummary) -> String {
     let mut row = format!(
-        "<tr><th scope=\"row\">{}<span>{}</span></th><td>{}</td>",
+        "<tr><th scope=\"row\">{}<span>{}{}</span></th><td>{}</td>",
         escaped(name),
         escaped(meaning),
+        if latency.negative > 0 { format!(", {} negative", latency.negative) } else { String::new() },
         latency.count
     );
     for statistic in Statistic::ALL {

@@ -29,6 +29,10 @@ pub struct ProfilePage<'a> {
     pub comparison: Option<&'a Comparison>,
     /// Budgets and what became of them.
     pub judged: &'a [Judged],
+    /// What went otherwise than it was meant to, for example a rate that was not held.
+    pub warnings: &'a [String],
+    /// What else a reader has to know, for example which load ran beside it.
+    pub notes: &'a [String],
 }
 
 /// Makes the page of a profile.
@@ -47,10 +51,12 @@ pub fn profile_html(page: &ProfilePage<'_>) -> Result<String, HtmlError> {
         "outcome" => class.to_owned(),
         "headline" => escaped(&headline),
         "subtitle" => escaped(&subtitle(figures)),
+        "remarks" => tables::remarks(page.warnings, page.notes),
         "tiles" => tables::tiles(figures),
         "budgets" => tables::budgets(page.judged),
         "comparison" => page.comparison.map(tables::comparison).unwrap_or_default(),
         "hops" => tables::hops(figures),
+        "negative" => tables::negative(figures),
         "start_up" => tables::start_up(figures),
         "curves" => curves.clone(),
         "over_time" => over_time.clone(),
@@ -94,10 +100,10 @@ fn verdict(page: &ProfilePage<'_>) -> (&'static str, String) {
 fn subtitle(figures: &ProfileFigures) -> String {
     let conditions = &figures.conditions;
     let mut text = format!(
-        "{} at rate {}, {} repeats, load {}, filter trigger {}, wait {}, transport {}",
+        "{} at rate {}, {}, load {}, filter trigger {}, wait {}, transport {}",
         conditions.recording.file_name,
         conditions.rate,
-        figures.repeats.len(),
+        figures.repeats_in_words(),
         conditions.load,
         conditions.trigger,
         conditions.wait,

@@ -9,7 +9,15 @@ use made_up::{Plan, conditions, profile};
 use report::{ProfilePage, profile_html};
 
 fn page_of(figures: &ProfileFigures, runs: &[RunMessages]) -> String {
-    let page = ProfilePage { title: "cncbf profile", figures, runs, comparison: None, judged: &[] };
+    let page = ProfilePage {
+        title: "cncbf profile",
+        figures,
+        runs,
+        comparison: None,
+        judged: &[],
+        warnings: &[],
+        notes: &[],
+    };
     profile_html(&page).unwrap()
 }
 
@@ -57,8 +65,16 @@ fn budgets_and_a_baseline_give_the_verdict_and_their_tables() {
         let budgets: Vec<Budget> = texts.iter().map(|text| text.parse().unwrap()).collect();
         let judged = judge(&budgets, &new, Some(&comparison)).unwrap();
         let comparison = Some(&comparison);
-        profile_html(&ProfilePage { title: "t", figures: &new, runs: &[], comparison, judged: &judged })
-            .unwrap()
+        profile_html(&ProfilePage {
+            title: "t",
+            figures: &new,
+            runs: &[],
+            comparison,
+            judged: &judged,
+            warnings: &[],
+            notes: &[],
+        })
+        .unwrap()
     };
     let broken = page(&["end_to_end.p50<=+10%", "deadline_misses<=0"]);
     assert!(broken.contains("<header class=\"bad\">") && broken.contains("1 of 2 budgets broken"));
@@ -67,6 +83,34 @@ fn budgets_and_a_baseline_give_the_verdict_and_their_tables() {
     assert_self_contained(&broken);
     let kept = page(&["deadline_misses<=0", "end_to_end.p50<=1s"]);
     assert!(kept.contains("<header class=\"good\">") && kept.contains("All 2 budgets kept"));
+}
+
+#[test]
+fn warnings_and_notes_stand_before_the_figures_and_every_loop_has_all_percentiles() {
+    let (figures, runs) = profile(&[Plan::quiet(800, 1)]);
+    let warnings = ["repeat 1: rate 50 was <not> held".to_owned()];
+    let notes = ["load of repeat 1: cpu, 2 threads".to_owned()];
+    let page = ProfilePage {
+        title: "t",
+        figures: &figures,
+        runs: &runs,
+        comparison: None,
+        judged: &[],
+        warnings: &warnings,
+        notes: &notes,
+    };
+    let page = profile_html(&page).unwrap();
+    assert_self_contained(&page);
+    let (before, after) = page.split_once("<dl class=\"tiles\">").unwrap();
+    assert!(before.contains("<li class=\"worse\">repeat 1: rate 50 was &lt;not&gt; held</li>"), "{before}");
+    assert!(before.contains("load of repeat 1: cpu, 2 threads"), "{before}");
+    assert!(after.contains(" 1 repeat,") || before.contains(" 1 repeat,"));
+    // Hops, lateness of loops, durations of loops.
+    assert_eq!(after.matches("<th scope=\"col\">p99.99</th>").count(), 3);
+    for heading in ["restarts", "CPU, s", "gave up", "pushed off", "from disk"] {
+        assert!(after.contains(&format!("<th scope=\"col\">{heading}</th>")), "no column {heading}");
+    }
+    assert!(!page_of(&figures, &runs).contains("aria-label=\"Remarks\""), "nothing to say");
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use core::fmt::Write as _;
 
 use latency::{
-    Change, Comparison, Conditions, Hop, Judged, LoopFigures, Outcome, ProfileFigures, RepeatFigures,
-    Statistic,
+    Change, Comparison, Conditions, Hop, Judged, Latencies, LoopFigures, Outcome, ProfileFigures,
+    RepeatFigures, Statistic,
 };
 
 use super::rows::{framed, megabytes, microseconds, table, time};
@@ -50,7 +50,7 @@ pub(super) fn tiles(figures: &ProfileFigures) -> String {
             ),
         ),
         ("Pushed off / page faults", interruptions),
-        ("Resident memory", (memory, "all processes".to_owned())),
+        ("Resident memory", (memory, "of all processes together".to_owned())),
         ("Cycles begun by an input", (counts.event_cycles.to_string(), "of the filter".to_owned())),
     ];
     tiles.iter().fold(String::new(), |mut text, (name, (value, note))| {
@@ -58,6 +58,20 @@ pub(super) fn tiles(figures: &ProfileFigures) -> String {
         let _ = write!(text, "<div class=\"tile\"><dt>{name}</dt><dd>{value}</dd><p>{note}</p></div>");
         text
     })
+}
+
+/// What a reader has to know before the figures; nothing where there is nothing to say.
+pub(super) fn remarks(warnings: &[String], notes: &[String]) -> String {
+    let all = warnings.iter().map(|text| ("worse", text)).chain(notes.iter().map(|text| ("", text)));
+    let items = all.fold(String::new(), |mut items, (class, text)| {
+        let _ = write!(items, "<li class=\"{class}\">{}</li>", escaped(text));
+        items
+    });
+    if items.is_empty() {
+        items
+    } else {
+        format!("<section aria-label=\"Remarks\"><ul>{items}</ul></section>")
+    }
 }
 
 pub(super) fn budgets(judged: &[Judged]) -> String {
@@ -158,6 +172,16 @@ fn latency_head(first: &str) -> String {
     })
 }
 
+/// What a count of negative lengths means, where there are any.
+pub(super) fn negative(figures: &ProfileFigures) -> String {
+    let negative: u64 = figures.summary().hops.iter().map(|of| of.latency.negative).sum();
+    if negative == 0 {
+        return String::new();
+    }
+    "Negative is where the later stamp lies before the earlier one, which no sound record has; it is counted apart. "
+        .to_owned()
+}
+
 /// What is not in the figures.
 pub(super) fn start_up(figures: &ProfileFigures) -> String {
     let with = |repeat: &&RepeatFigures| repeat.start_up.counts.cycles > 0;
@@ -208,42 +232,44 @@ pub(super) fn repeats(figures: &ProfileFigures) -> String {
 }
 
 pub(super) fn loops(figures: &ProfileFigures) -> String {
-    if figures.pooled.loops.is_empty() {
+    let loops = &figures.pooled.loops;
+    if loops.is_empty() {
         return "<p class=\"hint\">No cycle records: loops, faults and switches are unknown.</p>".to_owned();
     }
+    let latencies = |first: &str, meaning: &str, pick: fn(&LoopFigures) -> &Latencies| {
+        let rows = loops.iter().map(|of| latency_row(of.process.label(), meaning, &pick(of).summary()));
+        framed(&latency_head(first), &rows.collect::<String>())
+    };
     let headings = [
         "Process",
         "cycles",
         "by input",
         "skipped",
-        "lost",
-        "lateness p50, µs",
-        "p99",
-        "max",
-        "duration p50, µs",
-        "p99",
-        "max",
+        "records lost",
+        "restarts",
+        "CPU, s",
         "CPU per cycle, µs",
         "faults",
         "from disk",
         "gave up",
         "pushed off",
     ];
-    let rows = figures.pooled.loops.iter().map(|of| {
+    let rows = loops.iter().map(|of| {
         let mut cells = vec![of.process.label().to_owned()];
-        cells
-            .extend([of.cycles, of.event_cycles, of.skipped, of.lost_records].map(|count| count.to_string()));
-        for latencies in [&of.lateness, &of.duration] {
-            for statistic in [Statistic::P50, Statistic::P99, Statistic::Max] {
-                cells.push(latencies.statistic_ns(statistic).map_or_else(|| "–".to_owned(), microseconds));
-            }
-        }
+        let counts = [of.cycles, of.event_cycles, of.skipped, of.lost_records, of.restarts];
+        cells.extend(counts.map(|count| count.to_string()));
+        cells.push(format!("{:.3}", of.cpu_ns as f64 / 1e9));
         cells.push(format!("{:.1}", of.cpu_per_cycle_ns() / 1e3));
         let kernel = [of.minor_faults, of.major_faults, of.voluntary_switches, of.involuntary_switches];
         cells.extend(kernel.map(|count| count.to_string()));
         cells
     });
-    table(headings, rows)
+    [
+        latencies("Lateness of the timer, µs", "due to begun", |of| &of.lateness),
+        latencies("Duration of cycles, µs", "begun to handed over", |of| &of.duration),
+        format!("<div class=\"dense\">{}</div>", table(headings, rows)),
+    ]
+    .concat()
 }
 
 pub(super) fn memory(figures: &ProfileFigures) -> String {
@@ -257,7 +283,7 @@ pub(super) fn memory(figures: &ProfileFigures) -> String {
         let sizes = [of.resident_bytes, of.proportional_bytes, of.locked_bytes];
         [vec![of.process.label().to_owned()], sizes.map(megabytes).to_vec()].concat()
     });
-    table(["Largest, MB", "resident", "its share", "locked"], rows)
+    table(["Largest, MB", "resident", "its share", "locked address space"], rows)
 }
 
 pub(super) fn machine(conditions: &Conditions) -> String {

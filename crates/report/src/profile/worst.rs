@@ -167,7 +167,7 @@ fn picture(moment: &Moment<'_>, what: &str) -> String {
     };
     let rows: Vec<ProcessId> = ROWS.into_iter().filter(|&process| has_row(process)).collect();
     let shown = |bar: &GanttBar| bar.to_ns >= window_ns.0 && bar.from_ns <= window_ns.1;
-    let stages = stage_bars(&rows, ledger).filter(shown);
+    let stages = stage_bars(&rows, ledger, &around).filter(shown);
     let gantt = Gantt {
         rows: rows.iter().map(|process| process.label()).collect(),
         window_ns,
@@ -226,7 +226,10 @@ fn cycle_bar(rows: &[ProcessId], cycle: &Cycle) -> Option<GanttBar> {
 }
 
 /// What this command's own inputs went through.
-fn stage_bars(rows: &[ProcessId], ledger: &Ledger) -> impl Iterator<Item = GanttBar> {
+///
+/// A stage that rests on an input of an earlier cycle, as an estimate that is carried forward does, is drawn from where the
+/// cycle began that ended it: in between its process worked on nothing.
+fn stage_bars(rows: &[ProcessId], ledger: &Ledger, around: &[&Cycle]) -> impl Iterator<Item = GanttBar> {
     let stages = [
         (
             ProcessId::Bridge,
@@ -239,8 +242,13 @@ fn stage_bars(rows: &[ProcessId], ledger: &Ledger) -> impl Iterator<Item = Gantt
         (ProcessId::Filter, "computes", ledger.filter_woke_ns, ledger.filter_computed_ns),
         (ProcessId::Filter, "hands over", ledger.filter_computed_ns, ledger.filter_published_ns),
     ];
+    let begun_ns = |process: ProcessId, at_ns: u64| {
+        let own = around.iter().filter(|cycle| cycle.process == process.code());
+        own.filter(|cycle| (cycle.woke_ns..=cycle.done_ns).contains(&at_ns)).map(|cycle| cycle.woke_ns).max()
+    };
     stages.into_iter().filter(|&(_, _, from_ns, to_ns)| from_ns != 0 && to_ns >= from_ns).filter_map(
-        |(process, what, from_ns, to_ns)| {
+        move |(process, what, from_ns, to_ns)| {
+            let from_ns = from_ns.max(begun_ns(process, to_ns).unwrap_or(from_ns));
             let hint = format!("{process} {what}: {}", time(to_ns - from_ns));
             Some(GanttBar { row: row_of(rows, process)?, from_ns, to_ns, role: Role::Ink, inner: true, hint })
         },
@@ -295,4 +303,38 @@ fn disturbances(around: &[&Cycle]) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn a_process_that_carried_an_old_input_forward_is_not_drawn_as_busy_in_between() {
+        let ledger = Ledger {
+            estimator_received_ns: 1_000,
+            estimator_published_ns: 900_000,
+            filter_woke_ns: 950_000,
+            filter_computed_ns: 960_000,
+            ..Ledger::zeroed()
+        };
+        let cycle = |process: ProcessId, woke_ns, done_ns| Cycle {
+            process: process.code(),
+            woke_ns,
+            done_ns,
+            ..Cycle::zeroed()
+        };
+        let around = [
+            cycle(ProcessId::Estimator, 500, 2_000),
+            cycle(ProcessId::Estimator, 890_000, 910_000),
+            cycle(ProcessId::Bridge, 880_000, 990_000),
+        ];
+        let bars: Vec<GanttBar> = stage_bars(&ROWS, &ledger, &around.each_ref()).collect();
+        let estimates = bars.iter().find(|bar| bar.hint.contains("estimates")).unwrap();
+        assert_eq!((estimates.from_ns, estimates.to_ns), (890_000, 900_000));
+        let unknown: Vec<GanttBar> = stage_bars(&ROWS, &ledger, &[]).collect();
+        assert_eq!(unknown[0].from_ns, 1_000, "without cycle records the ledger is all there is");
+    }
 }
