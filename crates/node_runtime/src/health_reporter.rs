@@ -30,6 +30,11 @@ impl HealthReporter {
         self.counters.max_lateness_ns = self.counters.max_lateness_ns.max(tick.lateness_ns());
     }
 
+    /// Counts a cycle that began later than a whole period though it skipped no due time.
+    pub fn missed_deadline(&mut self) {
+        self.counters.missed_deadlines += 1;
+    }
+
     /// Counts inputs that were used.
     pub fn accepted(&mut self, count: u64) {
         self.counters.accepted_inputs += count;

@@ -61,17 +61,31 @@ impl Pacing {
         }
     }
 
+    /// The time between two due times, or the longest wait for an input, ns.
+    pub const fn period_ns(&self) -> u64 {
+        self.schedule.period_ns()
+    }
+
     /// Begins a cycle at `now_ns` if one is due, or else if `input` says that something arrived and that counts.
+    ///
+    /// Where inputs alone set the pace there is one due time only, from which lateness counts however long it is: none is
+    /// skipped.
     pub fn begin(&mut self, now_ns: u64, input: bool) -> Option<Tick> {
         let heeded = input && self.heeds_inputs();
+        let due_ns = self.schedule.next_due_ns();
         let due = self.schedule.begin(now_ns);
         let tick = due.or_else(|| heeded.then(|| Tick::event(now_ns)))?;
-        match self.rule {
-            Rule::Timer => {}
-            Rule::Event => self.schedule.restart(now_ns),
-            Rule::Both => self.input_used = tick.trigger == Trigger::Event,
+        match (self.rule, tick.trigger) {
+            (Rule::Timer, _) => Some(tick),
+            (Rule::Both, trigger) => {
+                self.input_used = trigger == Trigger::Event;
+                Some(tick)
+            }
+            (Rule::Event, trigger) => {
+                self.schedule.restart(now_ns);
+                Some(if trigger == Trigger::Timer { Tick::timer(due_ns, now_ns) } else { tick })
+            }
         }
-        Some(tick)
     }
 
     /// Has no cycle due before `due_ns`, for a loop that could not begin yet.
@@ -118,6 +132,15 @@ mod tests {
         assert_eq!(pacing.begin(1_059, false), None);
         assert_eq!(pacing.begin(1_060, false), Some(Tick::timer(1_060, 1_060)));
         assert_eq!(pacing.next_due_ns(), 1_160);
+    }
+
+    #[test]
+    fn with_events_alone_lateness_counts_from_the_one_due_time_however_long_it_is() {
+        let mut pacing = Pacing::event(1_000, PERIOD);
+        assert_eq!(pacing.begin(1_350, false), Some(Tick::timer(1_000, 1_350)));
+        pacing.no_later_than(1_360);
+        assert_eq!(pacing.begin(1_999, true), Some(Tick::timer(1_360, 1_999)));
+        assert_eq!(pacing.next_due_ns(), 2_099);
     }
 
     #[test]

@@ -65,6 +65,7 @@ impl ProcessLoop {
         // Locking memory takes a while, in which nothing was due, whatever the work says of that time.
         let begin_ns = RealClock.now_ns();
         pacing.no_earlier_than(begin_ns);
+        let period_ns = pacing.period_ns();
         let mut pacer = Pacer::new(pacing, wake_up, waiting(realtime));
         if is_realtime() {
             pacer = pacer.sharing_processor();
@@ -78,6 +79,9 @@ impl ProcessLoop {
             if pacer.pauses() > pauses {
                 pauses = pacer.pauses();
                 self.health.error(Reason::CapacityExceeded);
+            }
+            if tick.lateness_ns() >= period_ns {
+                self.health.missed_deadline();
             }
             self.cycle(work, &tick);
         }
