@@ -90,12 +90,13 @@ fn instance(text: &str) -> Result<String, node_runtime::NodeError> {
 #[command(after_help = "Examples:
   cncbf run
   cncbf run --config config/ground_robot_paper.toml --seed 3 --people 15
-  cncbf run --source mcap:drive.mcap --duration 20 --report runs/drive")]
+  cncbf run --source mcap:drive.mcap --duration 20 --report runs/drive
+  ROS_DOMAIN_ID=7 cncbf run --source ros2         drives a robot's /cmd_vel until Ctrl-C")]
 pub(crate) struct RunArgs {
     /// Settings and name of the stack
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
-    /// Where the world comes from: `sim`, or `mcap:FILE`
+    /// Where the world comes from: `sim`, `mcap:FILE`, or `ros2`
     #[arg(long, value_name = "SOURCE", default_value = "sim")]
     pub(crate) source: Source,
     /// End after this long, s [default: when the goal is reached or the source ends]
@@ -357,7 +358,7 @@ pub(crate) struct BridgeArgs {
     /// Settings and name of the stack
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
-    /// Where the world comes from: `sim`, or `mcap:FILE`
+    /// Where the world comes from: `sim`, `mcap:FILE`, or `ros2`
     #[arg(long, value_name = "SOURCE", default_value = "sim")]
     pub(crate) source: Source,
     /// Replace a recording's robot by a simulated one that obeys the filter
@@ -391,6 +392,8 @@ pub(crate) enum Source {
     Sim,
     /// A recording.
     Mcap(PathBuf),
+    /// The live ROS 2 graph that the environment names.
+    Ros2,
 }
 
 impl Source {
@@ -399,6 +402,7 @@ impl Source {
         match self {
             Self::Sim => SourceChoice::Simulation,
             Self::Mcap(file) => SourceChoice::Mcap { file: file.clone(), closed_loop, playback },
+            Self::Ros2 => SourceChoice::Ros2,
         }
     }
 }
@@ -408,8 +412,9 @@ impl std::str::FromStr for Source {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.split_once(':') {
             None if text == "sim" => Ok(Self::Sim),
+            None if text == "ros2" => Ok(Self::Ros2),
             Some(("mcap", file)) if !file.is_empty() => Ok(Self::Mcap(PathBuf::from(file))),
-            _ => Err(format!("unknown source `{text}`; use `sim` or `mcap:FILE`")),
+            _ => Err(format!("unknown source `{text}`; use `sim`, `mcap:FILE` or `ros2`")),
         }
     }
 }
@@ -419,6 +424,7 @@ impl std::fmt::Display for Source {
         match self {
             Self::Sim => f.write_str("sim"),
             Self::Mcap(file) => write!(f, "mcap:{}", file.display()),
+            Self::Ros2 => f.write_str("ros2"),
         }
     }
 }

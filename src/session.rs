@@ -283,10 +283,16 @@ fn line(heading: &str, source: &SourceStatus, command: Option<&SafeCommand>) -> 
             )
         },
     );
-    format!(
-        "{heading}{seconds:.1} of at most {:.0} s, goal {:.1} m, clearance {:.2} m, {filter}",
-        source.total_ns as f64 * 1e-9,
-        source.goal_distance_m,
-        source.clearance_m
-    )
+    // A live graph has no end of its own and does not know the truth.
+    let of_at_most = if source.total_ns > 0 {
+        format!(" of at most {:.0}", source.total_ns as f64 * 1e-9)
+    } else {
+        String::new()
+    };
+    let clearance = if source.clearance_m.is_finite() {
+        format!(", clearance {:.2} m", source.clearance_m)
+    } else {
+        String::new()
+    };
+    format!("{heading}{seconds:.1}{of_at_most} s, goal {:.1} m{clearance}, {filter}", source.goal_distance_m)
 }
