@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use perception_bridge::{Playback, SourceChoice};
+use settings::ControllerKind;
 use verification::affine::StateBox;
 
 pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, WaitName};
@@ -60,7 +61,7 @@ pub(crate) enum Command {
     /// Run the obstacle estimator alone (process 2).
     Estimator(ProcessArgs),
     /// Run the nominal controller alone (process 3).
-    Nominal(ProcessArgs),
+    Nominal(NominalArgs),
     /// Run the safety filter alone (process 4).
     Filter(ProcessArgs),
     /// Write everything that flows into an MCAP file until told to stop.
@@ -102,6 +103,9 @@ pub(crate) struct RunArgs {
     /// End after this long, s [default: when the goal is reached or the source ends]
     #[arg(long, value_name = "S")]
     pub(crate) duration: Option<f64>,
+    /// Nominal controller; `external` leaves the place to a program of yours [default: nominal.controller]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub(crate) controller: Option<Controller>,
     /// Seed of the simulated crowd [default: simulation.seed]
     #[arg(long)]
     pub(crate) seed: Option<u64>,
@@ -372,6 +376,19 @@ pub(crate) struct BridgeArgs {
     pub(crate) passes: u32,
 }
 
+/// Options of `nominal`.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "Example:
+  cncbf nominal --controller pure_pursuit          takes the place beside `cncbf run --controller external`")]
+pub(crate) struct NominalArgs {
+    /// Settings and name of the stack
+    #[command(flatten)]
+    pub(crate) process: ProcessArgs,
+    /// Nominal controller [default: nominal.controller]
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub(crate) controller: Option<Controller>,
+}
+
 /// Options of `record`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
@@ -460,6 +477,23 @@ pub(crate) enum Controller {
     Lqr,
     /// Keeps still
     Hold,
+    /// Pure pursuit of the goal by the unicycle
+    PurePursuit,
+    /// None of these: a program of somebody else's takes the place
+    External,
+}
+
+impl Controller {
+    /// The same in settings.
+    pub(crate) const fn kind(self) -> ControllerKind {
+        match self {
+            Self::Mpc => ControllerKind::Mpc,
+            Self::Lqr => ControllerKind::Lqr,
+            Self::Hold => ControllerKind::Hold,
+            Self::PurePursuit => ControllerKind::PurePursuit,
+            Self::External => ControllerKind::External,
+        }
+    }
 }
 
 /// Nominal policies of `verify`.

@@ -10,7 +10,7 @@ use node_runtime::{Node, Shutdown, Subscriber};
 use perception_bridge::Playback;
 use recording::{Recorder, RecordingInfo, WireMessage};
 
-use crate::cli::{BridgeArgs, ProcessArgs, RecordArgs, Source};
+use crate::cli::{BridgeArgs, NominalArgs, ProcessArgs, RecordArgs, Source};
 use crate::common::settings;
 
 /// Process 1.
@@ -33,8 +33,12 @@ pub(crate) fn estimator(args: &ProcessArgs) -> anyhow::Result<bool> {
 }
 
 /// Process 3.
-pub(crate) fn nominal(args: &ProcessArgs) -> anyhow::Result<bool> {
-    nominal_mpc::shell::run(&settings(args)?, &args.instance)?;
+pub(crate) fn nominal(args: &NominalArgs) -> anyhow::Result<bool> {
+    let mut settings = settings(&args.process)?;
+    if let Some(controller) = args.controller {
+        settings.use_controller(controller.kind())?;
+    }
+    nominal_mpc::shell::run(&settings, &args.process.instance)?;
     Ok(true)
 }
 

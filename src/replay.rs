@@ -7,9 +7,9 @@ use messages::Reason;
 use perception_bridge::{IntakeReport, McapSource};
 use report::Verdict;
 use serde::Serialize;
-use settings::{ControllerKind, KernelChoice, Settings};
+use settings::{KernelChoice, Settings};
 
-use crate::cli::{Controller, KernelName, Rate, ReplayArgs, Source};
+use crate::cli::{KernelName, Rate, ReplayArgs, Source};
 use crate::common::settings;
 use crate::outcome::{print_figures, write_report};
 use crate::run::Live;
@@ -54,11 +54,7 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<bool> {
     );
     let mut settings = settings(&args.process)?;
     if let Some(controller) = args.controller {
-        settings.nominal.controller = match controller {
-            Controller::Mpc => ControllerKind::Mpc,
-            Controller::Lqr => ControllerKind::Lqr,
-            Controller::Hold => ControllerKind::Hold,
-        };
+        settings.use_controller(controller.kind())?;
     }
     if let Some(kernel) = args.kernel {
         settings.filter.kernel = match kernel {

@@ -16,6 +16,9 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     if let Some(seed) = args.seed {
         settings.simulation.seed = seed;
     }
+    if let Some(controller) = args.controller {
+        settings.use_controller(controller.kind())?;
+    }
     if let Some(people) = args.people {
         settings.simulation.people = people;
     }

@@ -9,7 +9,7 @@ use launcher::{Child, Event, Launcher, Plan, RestartPolicy, StopReport};
 use messages::{ProcessId, Reason, SafeCommand, SafetyStatus, SourceStatus};
 use node_runtime::{Clock, Domain, Node, RealClock, Shutdown, Subscriber, members};
 use perception_bridge::Playback;
-use settings::Settings;
+use settings::{ControllerKind, Settings};
 
 use crate::cli::Source;
 use crate::common::{remove_if_there, someone_watches};
@@ -186,6 +186,11 @@ fn note(event: &Event) -> anyhow::Result<usize> {
     match event {
         Event::Restarted { .. } => Ok(0),
         Event::Failed { .. } => Ok(1),
+        // Its place is free for another one then, and the filter brakes for want of commands until that one speaks.
+        Event::Finished { id: ProcessId::Nominal } => {
+            tracing::warn!("the nominal controller was stopped; its place is free for another one");
+            Ok(0)
+        }
         Event::Finished { .. } => anyhow::bail!("{event} although nobody asked it to; start the stack again"),
         Event::GaveUp { .. } | Event::RestartFailed { .. } => anyhow::bail!("{event}"),
     }
@@ -213,15 +218,19 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
     }
     bridge.extend(["--rate".into(), plan.playback.rate().to_string().into()]);
     bridge.extend(["--passes".into(), plan.playback.passes().to_string().into()]);
+    let mut children = vec![
+        child(ProcessId::Recorder, "record", vec![plan.recording.clone().into_os_string()]),
+        child(ProcessId::Filter, "filter", Vec::new()),
+        child(ProcessId::Estimator, "estimator", Vec::new()),
+        child(ProcessId::Nominal, "nominal", Vec::new()),
+        child(ProcessId::Bridge, "bridge", bridge),
+    ];
+    if plan.settings.nominal.controller == ControllerKind::External {
+        children.retain(|child| child.id != ProcessId::Nominal);
+    }
     Ok(Plan {
         domain: Domain::from_env()?,
-        children: vec![
-            child(ProcessId::Recorder, "record", vec![plan.recording.clone().into_os_string()]),
-            child(ProcessId::Filter, "filter", Vec::new()),
-            child(ProcessId::Estimator, "estimator", Vec::new()),
-            child(ProcessId::Nominal, "nominal", Vec::new()),
-            child(ProcessId::Bridge, "bridge", bridge),
-        ],
+        children,
         log_dir: Some(plan.folder.to_owned()),
     })
 }

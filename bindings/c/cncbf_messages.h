@@ -66,7 +66,9 @@ enum cncbf_controller {
     /* Model-predictive controller of the unicycle. */
     CNCBF_CONTROLLER_MPC = 2,
     /* Linear-quadratic regulator of the double integrator. */
-    CNCBF_CONTROLLER_LQR = 3
+    CNCBF_CONTROLLER_LQR = 3,
+    /* Pure pursuit of the goal by the unicycle. */
+    CNCBF_CONTROLLER_PURE_PURSUIT = 4
 };
 
 /* Name of a code as logs and reports write it; "?" for a code that this version does not know. */
@@ -76,6 +78,7 @@ static inline const char *cncbf_controller_label(uint32_t code)
     case CNCBF_CONTROLLER_HOLD: return "hold";
     case CNCBF_CONTROLLER_MPC: return "mpc";
     case CNCBF_CONTROLLER_LQR: return "lqr";
+    case CNCBF_CONTROLLER_PURE_PURSUIT: return "pure_pursuit";
     default: return "?";
     }
 }

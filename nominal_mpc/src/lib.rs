@@ -9,6 +9,7 @@
 
 mod lqr_drive;
 mod mpc_drive;
+mod pure_pursuit_drive;
 pub mod shell;
 mod silence;
 mod step;

@@ -51,6 +51,14 @@ pub enum NominalSetupError {
     /// The MPC's settings.
     #[error("nominal.mpc cannot be used: {0}")]
     Mpc(#[from] SqpSetupError),
+    /// There is nothing to set up.
+    #[error(
+        "nominal.controller is external: somebody else's program is to take the place; choose mpc, lqr, pure_pursuit or hold to have one of ours"
+    )]
+    External,
+    /// The table of the controller is missing.
+    #[error("nominal.controller is pure_pursuit; add [nominal.pure_pursuit] with lookahead_m and speed_mps")]
+    NoPurePursuit,
     /// The LQR's weights.
     #[error("nominal.lqr cannot be used: {0}")]
     Lqr(#[from] LqrError),

@@ -5,6 +5,7 @@ use settings::{ControllerKind, RobotKind, Settings};
 
 use crate::lqr_drive::LqrDrive;
 use crate::mpc_drive::MpcDrive;
+use crate::pure_pursuit_drive::PurePursuitDrive;
 use crate::{NominalSetupError, Silence};
 
 const NS_PER_MS: u64 = 1_000_000;
@@ -26,6 +27,7 @@ pub struct Inputs<'a> {
 enum Drive {
     Mpc(Box<MpcDrive>),
     Lqr(LqrDrive),
+    PurePursuit(PurePursuitDrive),
     Hold,
 }
 
@@ -50,7 +52,12 @@ impl NominalController {
         let drive = match nominal.controller {
             ControllerKind::Mpc => Drive::Mpc(Box::new(MpcDrive::new(&nominal.mpc, &settings.robot)?)),
             ControllerKind::Lqr => Drive::Lqr(LqrDrive::new(&nominal.lqr)?),
+            ControllerKind::PurePursuit => {
+                let pursuit = nominal.pure_pursuit.as_ref().ok_or(NominalSetupError::NoPurePursuit)?;
+                Drive::PurePursuit(PurePursuitDrive::new(pursuit, &settings.robot))
+            }
             ControllerKind::Hold => Drive::Hold,
+            ControllerKind::External => return Err(NominalSetupError::External),
         };
         Ok(Self {
             drive,
@@ -99,6 +106,7 @@ impl NominalController {
         match &self.drive {
             Drive::Mpc(_) => Controller::Mpc,
             Drive::Lqr(_) => Controller::Lqr,
+            Drive::PurePursuit(_) => Controller::PurePursuit,
             Drive::Hold => Controller::Hold,
         }
     }
@@ -144,9 +152,13 @@ impl NominalController {
                 let (control, iterations) = mpc.control(&pose, &target, state.stamp.valid_at_ns)?;
                 Ok((Intent::Drive, control, iterations))
             }
-            Drive::Lqr(_) if arrived => Ok(STOP),
+            Drive::Lqr(_) | Drive::PurePursuit(_) if arrived => Ok(STOP),
             Drive::Lqr(lqr) => {
                 let control = lqr.control([x, y], state.velocity_in_odom_mps(), [goal_x, goal_y]);
+                Ok((Intent::Drive, control, 1))
+            }
+            Drive::PurePursuit(pursuit) => {
+                let control = pursuit.control(&[x, y, state.heading_rad], [goal_x, goal_y]);
                 Ok((Intent::Drive, control, 1))
             }
             Drive::Hold => Ok(STOP),

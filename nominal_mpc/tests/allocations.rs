@@ -3,7 +3,7 @@
 mod common;
 
 use allocation_counter::measure;
-use common::{MS, controller, goal, ground_robot, inputs, quadrotor, state};
+use common::{MS, controller, goal, ground_robot, inputs, pursuer, quadrotor, state};
 use messages::Intent;
 use nominal_mpc::{Inputs, NominalController};
 use settings::ControllerKind;
@@ -18,12 +18,12 @@ fn allocations(controller: &mut NominalController, inputs: &Inputs<'_>, now_ns: 
 }
 
 #[test]
-fn lqr_hold_silence_and_stopping_allocate_nothing() {
+fn lqr_pursuit_hold_silence_and_stopping_allocate_nothing() {
     assert_eq!(measure(|| drop(std::hint::black_box(vec![1_u8; 100]))).count_total, 1, "the counter counts");
     let (robot, far, here) = (state([0.0; 3], NOW_NS), goal(9.0, 1.0), goal(0.1, 0.0));
     let mut hold_settings = ground_robot();
     hold_settings.nominal.controller = ControllerKind::Hold;
-    for settings in [quadrotor(), hold_settings] {
+    for settings in [quadrotor(), pursuer(), hold_settings] {
         assert_eq!(allocations(&mut controller(&settings), &inputs(&robot, &far), NOW_NS), 0);
     }
     let mut mpc = controller(&ground_robot());

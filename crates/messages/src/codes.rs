@@ -81,6 +81,8 @@ wire_codes! {
         Mpc = 2 => "mpc",
         /// Linear-quadratic regulator of the double integrator.
         Lqr = 3 => "lqr",
+        /// Pure pursuit of the goal by the unicycle.
+        PurePursuit = 4 => "pure_pursuit",
     }
 }
 

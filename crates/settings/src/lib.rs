@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 pub use error::SettingsError;
 pub use estimator::{EstimatorKind, EstimatorSettings};
 pub use filter::{ClassName, FilterSettings, FilterTrigger, KernelChoice};
-pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings};
+pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings, PurePursuitSettings};
 pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
 pub use realtime::{ProcessRealtime, RealtimeSettings, SchedulerKind, WaitKind};
 pub use robot::{ObstacleMotion, ObstacleSettings, RobotKind, RobotSettings};

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::RobotKind;
-use crate::error::{Checked, non_negative, positive, positive_ms, require};
+use crate::error::{Checked, invalid, non_negative, positive, positive_ms, require};
+use crate::{RobotKind, Settings, SettingsError};
 
 /// Which controller drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -15,6 +15,10 @@ pub enum ControllerKind {
     Lqr,
     /// Keeps still.
     Hold,
+    /// Pure pursuit of the goal by the unicycle.
+    PurePursuit,
+    /// None of ours: the place is left to a program of somebody else's.
+    External,
 }
 
 /// Weights and horizon of the unicycle MPC.
@@ -49,6 +53,16 @@ pub struct LqrSettings {
     pub max_position_error_m: f64,
 }
 
+/// Pure pursuit of the goal by the unicycle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PurePursuitSettings {
+    /// Distance of the point that is pursued, or the goal's where that is nearer, m.
+    pub lookahead_m: f64,
+    /// Speed where the way is straight, m/s.
+    pub speed_mps: f64,
+}
+
 /// Settings of `nominal_mpc`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -65,6 +79,22 @@ pub struct NominalSettings {
     pub mpc: MpcSettings,
     /// The double integrator's controller.
     pub lqr: LqrSettings,
+    /// Only `pure_pursuit` needs it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pure_pursuit: Option<PurePursuitSettings>,
+}
+
+impl Settings {
+    /// Takes another nominal controller than the file names.
+    ///
+    /// # Errors
+    /// [`SettingsError::Invalid`] if it is not for this robot or its own table is missing; nothing changes then.
+    pub fn use_controller(&mut self, controller: ControllerKind) -> Result<(), SettingsError> {
+        let nominal = NominalSettings { controller, ..self.nominal.clone() };
+        nominal.validate(self.robot.kind)?;
+        self.nominal = nominal;
+        Ok(())
+    }
 }
 
 impl NominalSettings {
@@ -73,13 +103,14 @@ impl NominalSettings {
         positive_ms("nominal.max_state_age_ms", self.max_state_age_ms)?;
         positive("nominal.goal_tolerance_m", self.goal_tolerance_m)?;
         let fits = match (self.controller, kind) {
-            (ControllerKind::Mpc, RobotKind::Unicycle)
+            (ControllerKind::Mpc | ControllerKind::PurePursuit, RobotKind::Unicycle)
             | (ControllerKind::Lqr, RobotKind::DoubleIntegrator)
-            | (ControllerKind::Hold, _) => true,
-            (ControllerKind::Mpc, RobotKind::DoubleIntegrator)
+            | (ControllerKind::Hold | ControllerKind::External, _) => true,
+            (ControllerKind::Mpc | ControllerKind::PurePursuit, RobotKind::DoubleIntegrator)
             | (ControllerKind::Lqr, RobotKind::Unicycle) => false,
         };
-        let requirement = "mpc or hold for a unicycle, lqr or hold for a double integrator";
+        let requirement =
+            "mpc or pure_pursuit for a unicycle, lqr for a double integrator, hold or external for both";
         require(fits, "nominal.controller", self.controller, requirement)?;
         let mpc = &self.mpc;
         require(mpc.horizon_steps > 0, "nominal.mpc.horizon_steps", mpc.horizon_steps, "at least 1")?;
@@ -97,6 +128,18 @@ impl NominalSettings {
         for weight in self.lqr.control_weight {
             positive("nominal.lqr.control_weight", weight)?;
         }
-        positive("nominal.lqr.max_position_error_m", self.lqr.max_position_error_m)
+        positive("nominal.lqr.max_position_error_m", self.lqr.max_position_error_m)?;
+        match &self.pure_pursuit {
+            Some(pursuit) => {
+                positive("nominal.pure_pursuit.lookahead_m", pursuit.lookahead_m)?;
+                positive("nominal.pure_pursuit.speed_mps", pursuit.speed_mps)
+            }
+            None if self.controller == ControllerKind::PurePursuit => Err(invalid(
+                "nominal.controller",
+                &self.controller,
+                "accompanied by a table [nominal.pure_pursuit] with lookahead_m and speed_mps",
+            )),
+            None => Ok(()),
+        }
     }
 }

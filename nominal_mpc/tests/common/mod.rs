@@ -27,6 +27,13 @@ pub(crate) fn quadrotor() -> Settings {
     settings
 }
 
+/// The shipped ground robot under pure pursuit.
+pub(crate) fn pursuer() -> Settings {
+    let mut settings = ground_robot();
+    settings.use_controller(ControllerKind::PurePursuit).unwrap();
+    settings
+}
+
 pub(crate) fn stamp(valid_at_ns: u64) -> Stamp {
     Stamp {
         sequence: 9,

@@ -68,6 +68,8 @@ class Controller(Code):
     MPC = 2
     #: Linear-quadratic regulator of the double integrator.
     LQR = 3
+    #: Pure pursuit of the goal by the unicycle.
+    PURE_PURSUIT = 4
 
 
 class SafetyStatus(Code):
