@@ -100,21 +100,25 @@ fn waiting(realtime: Option<&ProcessRealtime>) -> Waiting {
 
 #[cfg(test)]
 mod tests {
-    use messages::ProcessId;
+    use messages::{ProcessId, RealtimeFlags};
+    use settings::SchedulerKind;
 
     use super::*;
     use crate::ScopedDomain;
 
-    /// Work whose due time lies before the loop, as a source's does that has not been asked yet.
+    /// Work that is never done: due before the loop, as a source's is that has not been asked yet, and ever after.
     struct Overdue {
-        ticks: Vec<Tick>,
+        first: Option<Tick>,
+        until_ns: u64,
         shutdown: Shutdown,
     }
 
     impl Work for Overdue {
-        fn cycle(&mut self, tick: &Tick, _: &mut HealthReporter) {
-            self.ticks.push(*tick);
-            self.shutdown.request();
+        fn cycle(&mut self, tick: &Tick, health: &mut HealthReporter) {
+            self.first.get_or_insert(*tick);
+            if tick.woke_ns >= self.until_ns || health.counters().errors > 0 {
+                self.shutdown.request();
+            }
         }
 
         fn next_due_ns(&self) -> Option<u64> {
@@ -122,16 +126,46 @@ mod tests {
         }
     }
 
-    #[test]
-    fn what_was_due_before_the_loop_began_is_not_late() {
+    /// Runs overdue work until it is made to pause, or for so long. The first tick, and how the loop did.
+    fn run_overdue(longest: Duration, realtime: Option<&ProcessRealtime>) -> (Tick, messages::Health) {
         let domain = ScopedDomain::new();
         let node = Node::open_in(&domain, "overdue", ProcessId::Bridge).unwrap();
         let shutdown = Shutdown::install().unwrap();
-        let mut work = Overdue { ticks: Vec::new(), shutdown: shutdown.clone() };
+        let until_ns = RealClock.now_ns() + crate::clock::nanoseconds(longest);
+        let mut work = Overdue { first: None, until_ns, shutdown: shutdown.clone() };
+        let mut cycles = ProcessLoop::new(&node).unwrap();
+        let pacing = Pacing::event(RealClock.now_ns(), Duration::from_hours(1));
+        cycles.run(&mut work, pacing, None, realtime, &shutdown);
+        (work.first.unwrap(), *cycles.health.counters())
+    }
+
+    #[test]
+    fn what_was_due_before_the_loop_began_is_not_late() {
         let begin_ns = RealClock.now_ns();
-        let pacing = Pacing::event(begin_ns, Duration::from_hours(1));
-        ProcessLoop::new(&node).unwrap().run(&mut work, pacing, None, None, &shutdown);
-        let [tick] = work.ticks[..] else { panic!("{:?}", work.ticks) };
-        assert!(tick.due_ns >= begin_ns && tick.skipped == 0, "{tick:?}");
+        let (first, health) = run_overdue(Duration::ZERO, None);
+        assert!(first.due_ns >= begin_ns && first.skipped == 0, "{first:?}");
+        assert_eq!(health.missed_deadlines, 0);
+    }
+
+    #[test]
+    fn a_realtime_loop_that_is_never_done_is_made_to_pause_and_says_so() {
+        let fifo = ProcessRealtime {
+            scheduler: SchedulerKind::Fifo,
+            priority: Some(1),
+            processors: Vec::new(),
+            lock_memory: false,
+            timer_slack_ns: None,
+            cpu_dma_latency_us: None,
+            spin_us: 0,
+            wait: WaitKind::Listener,
+        };
+        // The class belongs to the thread and ends with it.
+        let run = std::thread::spawn(move || run_overdue(Duration::from_secs(5), Some(&fifo)));
+        let (_, health) = run.join().unwrap();
+        if health.realtime_granted & RealtimeFlags::FIFO == 0 {
+            println!("skipped: no right to SCHED_FIFO here");
+            return;
+        }
+        assert_eq!((health.errors, health.last_reason), (1, Reason::CapacityExceeded.code()));
     }
 }

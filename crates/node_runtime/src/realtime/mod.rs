@@ -15,7 +15,8 @@
 //! Linux leaves threads of the default class 5 % of each second (`/proc/sys/kernel/sched_rt_runtime_us`, or the fair server
 //! of newer kernels). A FIFO thread that never sleeps is taken off its processor for that long in one piece, 50 ms, which is
 //! far worse than what the class was meant to cure. Settings hence refuse a FIFO thread that spins all the time, and bound
-//! the spin before due times.
+//! the spin before due times; a loop that has more to do than its processor can bear is made to pause
+//! ([`crate::Pacer::sharing_processor`]).
 
 mod granted;
 mod memory;

@@ -1,6 +1,6 @@
 //! SCHED_FIFO for the calling thread.
 //!
-//! The only file of this crate with `unsafe`: no well-kept crate sets the class together with `SCHED_RESET_ON_FORK`
+//! System calls through `unsafe`: no well-kept crate sets the class together with `SCHED_RESET_ON_FORK`
 //! (`thread-priority` takes that flag for SCHED_DEADLINE only, `rustix` and `nix` know no scheduling class).
 
 use rustix::process::{Resource, getrlimit};
