@@ -134,10 +134,12 @@ fn a_python_controller_takes_over_while_the_robot_drives() {
         .args(["run", "--people", "4", "--report", "report", "--json"])
         .spawn()
         .expect("the command starts");
-    let controller = example(python, &domain, "pure_pursuit.py", &[]);
     let since_ns = witness.watch_until_it_drives(0);
+    // Not earlier: who waits before anybody has the place gets it.
+    let controller = example(python, &domain, "pure_pursuit.py", &[]);
     witness.watch_until_a_cycle_after(since_ns + DRIVE_NS);
     let members = members(&domain).expect("a readable domain");
+    assert!(members.iter().any(|member| member.name == "cncbf/nominal_python"), "{members:?}");
     let ours = members.iter().find(|member| member.alive && member.name == "cncbf/nominal");
     let ours = ours.unwrap_or_else(|| panic!("no nominal controller among {members:?}"));
     let pid = i32::try_from(ours.pid).ok().and_then(Pid::from_raw).expect("a process id");
