@@ -70,7 +70,7 @@ pub(super) fn remarks(warnings: &[String], notes: &[String]) -> String {
     if items.is_empty() {
         items
     } else {
-        format!("<section aria-label=\"Remarks\"><ul>{items}</ul></section>")
+        format!("<section class=\"remarks\" aria-label=\"Remarks\"><ul>{items}</ul></section>")
     }
 }
 
@@ -236,8 +236,8 @@ pub(super) fn loops(figures: &ProfileFigures) -> String {
     if loops.is_empty() {
         return "<p class=\"hint\">No cycle records: loops, faults and switches are unknown.</p>".to_owned();
     }
-    let latencies = |first: &str, meaning: &str, pick: fn(&LoopFigures) -> &Latencies| {
-        let rows = loops.iter().map(|of| latency_row(of.process.label(), meaning, &pick(of).summary()));
+    let latencies = |first: &str, pick: fn(&LoopFigures) -> &Latencies| {
+        let rows = loops.iter().map(|of| latency_row(of.process.label(), "", &pick(of).summary()));
         framed(&latency_head(first), &rows.collect::<String>())
     };
     let headings = [
@@ -265,8 +265,8 @@ pub(super) fn loops(figures: &ProfileFigures) -> String {
         cells
     });
     [
-        latencies("Lateness of the timer, µs", "due to begun", |of| &of.lateness),
-        latencies("Duration of cycles, µs", "begun to handed over", |of| &of.duration),
+        latencies("Lateness of the timer: due to begun, µs", |of| &of.lateness),
+        latencies("Duration of cycles: begun to handed over, µs", |of| &of.duration),
         format!("<div class=\"dense\">{}</div>", table(headings, rows)),
     ]
     .concat()
