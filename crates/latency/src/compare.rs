@@ -184,7 +184,7 @@ impl fmt::Display for Comparison {
             write!(
                 f,
                 "\nIn brackets {:.0} % intervals of the change in percent, by bootstrap over {} and {} repeats; * where it excludes zero. \
-                 From few repeats they are too narrow rather than too wide.",
+                 From few repeats they are too narrow rather than too wide, and what changed on the machine between the two profiles is not in them.",
                 100.0 * CONFIDENCE,
                 self.old_repeats,
                 self.new_repeats

@@ -90,6 +90,10 @@ impl LoopFigures {
             self.lateness.record_between(due_ns, woke_ns);
         }
         self.duration.record_between(cycle.woke_ns, cycle.done_ns);
+    }
+
+    /// Counts what the kernel did for `cycle`'s thread since the cycle before.
+    fn count_usage(&mut self, cycle: &Cycle) {
         self.cpu_ns += cycle.cpu_ns;
         self.minor_faults += u64::from(cycle.minor_faults);
         self.major_faults += u64::from(cycle.major_faults);
@@ -172,10 +176,46 @@ impl Loops {
                 figures.lost_records += lost;
                 figures.restarts += u64::from(restarted);
                 figures.count(cycle, lateness);
+                // No cycle came before a process' first one: what the kernel did since is its start-up, even where the
+                // other processes were measured by then.
+                let begins = measured_from_ns > 0 && cycle.sequence == 1 && !restarted;
+                if begins { &mut start_up } else { figures }.count_usage(cycle);
             }
             loops.measured.push(measured);
             loops.start_up.push(start_up);
         }
         loops
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    fn cycle(sequence: u64, woke_ns: u64, minor_faults: u32) -> Cycle {
+        Cycle {
+            process: ProcessId::Nominal.code(),
+            sequence,
+            woke_ns,
+            done_ns: woke_ns + 10,
+            minor_faults,
+            ..Cycle::zeroed()
+        }
+    }
+
+    #[test]
+    fn a_process_that_starts_late_brings_its_start_up_not_into_the_figures() {
+        let cycles = [cycle(1, 2_000, 2_500), cycle(2, 3_000, 1), cycle(1, 4_000, 700)];
+        let Loops { measured, start_up } = Loops::of(&cycles, 1_000);
+        assert_eq!((measured[0].cycles, start_up[0].cycles), (3, 0), "every cycle is measured");
+        assert_eq!(start_up[0].minor_faults, 2_500);
+        assert_eq!(measured[0].minor_faults, 701, "a restart meanwhile is no start-up");
+        assert_eq!(
+            Loops::of(&cycles, 0).measured[0].minor_faults,
+            3_201,
+            "everything, where all is measured"
+        );
     }
 }

@@ -123,7 +123,8 @@ pub(super) fn comparison(comparison: &Comparison) -> String {
     let hint = if comparison.has_intervals() {
         format!(
             "Then → now, the change in percent, and in brackets its {:.0} % interval by bootstrap over {} and {} repeats; coloured \
-             where the interval excludes zero. From few repeats intervals are too narrow rather than too wide.",
+             where the interval excludes zero. From few repeats intervals are too narrow rather than too wide, and what changed on the \
+             machine between the two profiles is not in them.",
             100.0 * latency::CONFIDENCE,
             comparison.old_repeats,
             comparison.new_repeats
