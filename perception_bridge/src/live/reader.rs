@@ -213,10 +213,15 @@ impl Listening {
             } = event
                 && let Some(topic) = self.inputs.topic(local_reader)
             {
+                let (asked, offered) = (requested_qos.reliability(), offered_qos.reliability());
+                let (asked_durability, offered_durability) =
+                    (requested_qos.durability(), offered_qos.durability());
                 tracing::warn!(
                     topic,
-                    ?requested_qos,
-                    ?offered_qos,
+                    ?asked,
+                    ?offered,
+                    ?asked_durability,
+                    ?offered_durability,
                     "a publisher's quality of service does not fit; it is not heard (source.ros2.reliability)"
                 );
             }

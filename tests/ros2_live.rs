@@ -1,0 +1,164 @@
+//! The stack in a ROS 2 graph whose other end is CycloneDDS in Python: robot, people and judge are nobody's here.
+//!
+//! The package comes from PyPI into a virtual environment of this test; where that cannot be made, the tests say so and pass.
+
+#[path = "stack/command.rs"]
+mod command;
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
+
+use command::{Said, at, cncbf, count, scratch};
+use node_runtime::ScopedDomain;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+/// What pip is asked for.
+const PACKAGE: &str = "cyclonedds==11.0.1";
+/// How long the robot may take to its goal, s. Alone on a machine it needs ten.
+const PATIENCE_S: &str = "90";
+
+/// A Python that has CycloneDDS; `None` where it cannot be had.
+fn python() -> Option<&'static Path> {
+    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
+    PYTHON
+        .get_or_init(|| {
+            let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("venv_cyclonedds");
+            let python = folder.join("bin/python");
+            let succeeds = |command: &mut Command| {
+                command
+                    .stdout(Stdio::null())
+                    .stderr(Stdio::null())
+                    .status()
+                    .is_ok_and(|status| status.success())
+            };
+            let is_there = succeeds(Command::new(&python).args(["-c", "import cyclonedds"]))
+                || (succeeds(Command::new("python3").args(["-m", "venv"]).arg(&folder))
+                    && succeeds(Command::new(&python).args(["-m", "pip", "install", "--quiet", PACKAGE])));
+            is_there.then_some(python)
+        })
+        .as_deref()
+}
+
+/// A ROS domain that parallel tests do not share; `offset` tells those of one process apart.
+fn domain_id(offset: u32) -> String {
+    (10 + std::process::id() % 22 * 4 + offset).to_string()
+}
+
+/// The shipped settings with a place in the graph that asks for these messages.
+fn settings(folder: &Path, obstacles: &str, reliability: &str, command: &str) -> PathBuf {
+    let graph = format!(
+        "[source.ros2]\nnode_name = \"filter\"\nnamespace = \"/robot\"\nobstacles = \"{obstacles}\"\n\
+         reliability = \"{reliability}\"\ncommand_topic = \"/cmd_vel\"\ncommand = \"{command}\"\ncommand_period_ms = 10\n"
+    );
+    let topics = |text: &str| {
+        text.replacen("odometry_topic = \"\"", "odometry_topic = \"/odom\"", 1)
+            .replacen("detections_topic = \"\"", "detections_topic = \"/detections\"", 1)
+            .replacen("goal_topic = \"\"", "goal_topic = \"/goal_pose\"", 1)
+    };
+    let shipped = topics(include_str!("../config/ground_robot.toml"));
+    let file = folder.join("graph.toml");
+    std::fs::write(&file, shipped.replacen("[simulation]", &(graph + "\n[simulation]"), 1))
+        .expect("writable");
+    file
+}
+
+/// A stack beside a peer: starts the stack, runs the peer to its end, interrupts the stack. What both said, and the
+/// bridge's log.
+fn drive(name: &str, offset: u32, config: &[&str], peer: &[&str]) -> Option<(Said, Value, String)> {
+    let Some(python) = python() else {
+        println!("skipped: no Python with {PACKAGE} (python3 -m venv, pip install)");
+        return None;
+    };
+    let (domain, folder, domain_id) = (ScopedDomain::new(), scratch(name), domain_id(offset));
+    let stack = cncbf(&domain, &folder)
+        .args(["run", "--source", "ros2", "--report", "report", "--json"])
+        .args(config)
+        .env("ROS_DOMAIN_ID", &domain_id)
+        .env("ROS_LOCALHOST_ONLY", "1")
+        .env("RUST_LOG", "warn,rustdds=off,ros2_client=off")
+        .spawn()
+        .expect("the command starts");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/ros2_robot.py");
+    let judged = Command::new(python).arg(script).args(["--domain", &domain_id]).args(peer).output();
+    let judged = judged.expect("the peer starts");
+    interrupt(&stack);
+    let said = Said::of(stack.wait_with_output().expect("the command ends"));
+    let stderr = String::from_utf8_lossy(&judged.stderr);
+    assert!(judged.status.success(), "the peer failed: {stderr}");
+    let seen = serde_json::from_slice(&judged.stdout).unwrap_or_else(|error| panic!("{error}: {stderr}"));
+    println!("{name}: {seen}");
+    let log = std::fs::read_to_string(folder.join("report/bridge.log")).expect("the bridge's log");
+    Some((said, seen, log))
+}
+
+fn interrupt(child: &Child) {
+    kill_process(Pid::from_child(child), Signal::INT).expect("a running stack");
+}
+
+fn number(seen: &Value, key: &str) -> f64 {
+    at(seen, key).as_f64().unwrap_or_else(|| panic!("{key} is no number in {seen}"))
+}
+
+/// Asserts what a judge outside the stack can see of a good drive.
+fn assert_reached(said: &Said, seen: &Value, log: &str) {
+    assert!(number(seen, "/reached_s") > 0.0, "{seen}\n{}\n{log}", said.err);
+    assert_eq!(at(seen, "/stands"), true, "the robot drives on: {seen}");
+    assert!(number(seen, "/min_clearance_m") > 0.0, "somebody was touched: {seen}");
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(at(&said.json(), "/outcome"), "reached");
+    assert_eq!(count(&said.json(), "/refused_inputs"), 0, "{log}");
+}
+
+#[test]
+fn a_robot_that_knows_ros_alone_is_driven_to_its_goal() {
+    let Some((said, seen, log)) = drive("ros2_customary", 0, &[], &["--seconds", PATIENCE_S]) else { return };
+    assert_reached(&said, &seen, &log);
+    assert_eq!(at(&seen, "/nodes/0"), "/cncbf", "the stack's node in the ROS graph");
+}
+
+#[test]
+fn tracks_in_a_frame_of_their_own_are_driven_around_with_stamped_commands() {
+    let folder = scratch("ros2_tracks_settings");
+    let config = settings(
+        &folder,
+        "autoware_perception_msgs/TrackedObjects",
+        "best_effort",
+        "geometry_msgs/TwistStamped",
+    );
+    let config = config.to_str().expect("a plain path");
+    let peer = ["--obstacles", "tracks", "--command", "twist_stamped", "--best-effort", "--frame", "camera"];
+    let peer = [&peer[..], &["--seconds", PATIENCE_S]].concat();
+    let Some((said, seen, log)) = drive("ros2_tracks", 1, &["--config", config], &peer) else { return };
+    assert_reached(&said, &seen, &log);
+    assert_eq!(at(&seen, "/nodes/0"), "/robot/filter");
+}
+
+#[test]
+fn a_quality_of_service_that_does_not_fit_is_named_and_the_robot_kept_standing() {
+    let folder = scratch("ros2_quality_settings");
+    let config = settings(&folder, "geometry_msgs/PoseArray", "reliable", "geometry_msgs/Twist");
+    let config = config.to_str().expect("a plain path");
+    let peer = ["--obstacles", "poses", "--best-effort", "--seconds", "8"];
+    let Some((said, seen, log)) = drive("ros2_quality", 2, &["--config", config], &peer) else { return };
+    // Nothing to judge: not one robot state was heard.
+    assert_eq!(said.code, 2, "{}", said.err);
+    assert_eq!(at(&seen, "/moved_s"), &Value::Null, "driven without odometry: {seen}");
+    assert!(number(&seen, "/commands") > 0.0, "a standstill is commanded all the same: {seen}");
+    for topic in ["/odom", "/detections"] {
+        let names = |what: &str| log.lines().any(|line| line.contains(topic) && line.contains(what));
+        assert!(names("quality of service does not fit"), "{topic}: {log}");
+        assert!(names("nothing arrives"), "{topic}: {log}");
+    }
+}
+
+#[test]
+fn an_environment_that_names_no_domain_is_refused() {
+    let domain = ScopedDomain::new();
+    let mut bridge = cncbf(&domain, Path::new("."));
+    bridge.env("ROS_DOMAIN_ID", "233");
+    let said = Said::by(bridge, &[&"bridge", &"--source", &"ros2"]);
+    assert_eq!(said.code, 2, "{said:?}");
+    assert!(said.err.contains("ROS_DOMAIN_ID=`233`") && said.err.contains("0 to 232"), "{}", said.err);
+}
