@@ -478,6 +478,7 @@ pub(crate) enum Controller {
     /// Keeps still
     Hold,
     /// Pure pursuit of the goal by the unicycle
+    #[value(name = "pure_pursuit", alias = "pure-pursuit")]
     PurePursuit,
     /// None of these: a program of somebody else's takes the place
     External,
