@@ -4,20 +4,27 @@
 
 #[path = "stack/command.rs"]
 mod command;
+#[path = "stack/witness.rs"]
+mod witness;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::OnceLock;
 
 use command::{Said, at, cncbf, count, scratch};
-use node_runtime::ScopedDomain;
+use messages::{Reason, SafetyStatus};
+use node_runtime::{Clock, Domain, RealClock, ScopedDomain};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
+use witness::Witness;
 
 /// What pip is asked for.
 const PACKAGE: &str = "cyclonedds==11.0.1";
 /// How long the robot may take to its goal, s. Alone on a machine it needs ten.
 const PATIENCE_S: &str = "90";
+
+/// From the death of the robot's peer on, no cycle that begins later than this may do anything but brake, ns.
+const LIMIT_NS: u64 = 100_000_000;
 
 /// A Python that has CycloneDDS; `None` where it cannot be had.
 fn python() -> Option<&'static Path> {
@@ -64,6 +71,31 @@ fn settings(folder: &Path, obstacles: &str, reliability: &str, command: &str) ->
     file
 }
 
+/// A stack that listens to ROS domain `domain_id`.
+fn stack(domain: &Domain, folder: &Path, domain_id: &str, config: &[&str]) -> Child {
+    cncbf(domain, folder)
+        .args(["run", "--source", "ros2", "--report", "report", "--json"])
+        .args(config)
+        .env("ROS_DOMAIN_ID", domain_id)
+        .env("ROS_LOCALHOST_ONLY", "1")
+        .env("RUST_LOG", "warn,rustdds=off,ros2_client=off")
+        .spawn()
+        .expect("the command starts")
+}
+
+/// The peer with its world.
+fn robot(python: &Path, domain_id: &str, arguments: &[&str]) -> Command {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/ros2_robot.py");
+    let mut command = Command::new(python);
+    command
+        .arg(script)
+        .args(["--domain", domain_id])
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
 /// A stack beside a peer: starts the stack, runs the peer to its end, interrupts the stack. What both said, and the
 /// bridge's log.
 fn drive(name: &str, offset: u32, config: &[&str], peer: &[&str]) -> Option<(Said, Value, String)> {
@@ -72,16 +104,8 @@ fn drive(name: &str, offset: u32, config: &[&str], peer: &[&str]) -> Option<(Sai
         return None;
     };
     let (domain, folder, domain_id) = (ScopedDomain::new(), scratch(name), domain_id(offset));
-    let stack = cncbf(&domain, &folder)
-        .args(["run", "--source", "ros2", "--report", "report", "--json"])
-        .args(config)
-        .env("ROS_DOMAIN_ID", &domain_id)
-        .env("ROS_LOCALHOST_ONLY", "1")
-        .env("RUST_LOG", "warn,rustdds=off,ros2_client=off")
-        .spawn()
-        .expect("the command starts");
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/ros2_robot.py");
-    let judged = Command::new(python).arg(script).args(["--domain", &domain_id]).args(peer).output();
+    let stack = stack(&domain, &folder, &domain_id, config);
+    let judged = robot(python, &domain_id, peer).output();
     let judged = judged.expect("the peer starts");
     interrupt(&stack);
     let said = Said::of(stack.wait_with_output().expect("the command ends"));
@@ -151,6 +175,44 @@ fn a_quality_of_service_that_does_not_fit_is_named_and_the_robot_kept_standing()
         assert!(names("quality of service does not fit"), "{topic}: {log}");
         assert!(names("nothing arrives"), "{topic}: {log}");
     }
+}
+
+#[test]
+fn a_peer_that_is_killed_is_braked_for_and_its_successor_driven_to_the_goal() {
+    let Some(python) = python() else {
+        println!("skipped: no Python with {PACKAGE} (python3 -m venv, pip install)");
+        return;
+    };
+    let (domain, folder, domain_id) = (ScopedDomain::new(), scratch("ros2_killed"), domain_id(3));
+    let mut witness = Witness::join(&domain, "cncbf");
+    let stack = stack(&domain, &folder, &domain_id, &[]);
+    let mut peer = robot(python, &domain_id, &["--seconds", PATIENCE_S]).spawn().expect("the peer starts");
+    witness.watch_until_it_drives(0);
+    peer.kill().expect("a running peer");
+    let killed_ns = RealClock.now_ns();
+    peer.wait().expect("it ends");
+    witness.watch_until_a_cycle_after(killed_ns + 1_000_000_000);
+    let after: Vec<_> = witness
+        .commands
+        .iter()
+        .filter(|command| command.ledger.filter_woke_ns > killed_ns + LIMIT_NS)
+        .collect();
+    assert!(after.len() > 100, "the filter goes on");
+    for command in after {
+        let brakes = [SafetyStatus::Braking.code(), SafetyStatus::Stopped.code()].contains(&command.status);
+        assert!(brakes && command.reason == Reason::StaleRobotState.code(), "{command:?}");
+    }
+    // It begins anew where the other one began; DDS will miss the dead one ten seconds from now.
+    let judged = robot(python, &domain_id, &["--seconds", PATIENCE_S]).output().expect("the peer starts");
+    drop(witness);
+    interrupt(&stack);
+    let said = Said::of(stack.wait_with_output().expect("the command ends"));
+    let seen: Value = serde_json::from_slice(&judged.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&judged.stderr)));
+    println!("ros2_killed: {seen}");
+    assert!(number(&seen, "/reached_s") > 0.0, "{seen}\n{}", said.err);
+    assert!(number(&seen, "/min_clearance_m") > 0.0, "somebody was touched: {seen}");
+    assert_eq!(said.code, 0, "{}", said.err);
 }
 
 #[test]

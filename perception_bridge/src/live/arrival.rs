@@ -23,7 +23,6 @@ pub(super) struct Arrival {
 
 /// When a message was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(clippy::struct_field_names, reason = "the unit belongs to the name")]
 pub(super) struct Measured {
     /// Stack clock, ns.
     pub(super) valid_at_ns: u64,
