@@ -60,10 +60,38 @@ fn make_venv() -> Result<PathBuf, String> {
     Ok(python)
 }
 
+/// A program of the package that does not outlive its test.
+struct Example(Option<Child>);
+
+impl Drop for Example {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+impl Example {
+    /// Waits for its end and returns what it said.
+    fn ended(mut self) -> Said {
+        let child = self.0.take().expect("an example ends once");
+        Said::of(child.wait_with_output().expect("the example ends"))
+    }
+
+    /// Asks it to end; it must do so without complaint.
+    fn end(self) {
+        let child = self.0.as_ref().expect("an example ends once");
+        kill_process(Pid::from_child(child), Signal::TERM).expect("the example still runs");
+        let said = self.ended();
+        assert!(said.code == 0 && !said.err.contains("Traceback"), "{said:?}");
+    }
+}
+
 /// An example of the package, running in `domain`.
-fn example(python: &Path, domain: &Domain, name: &str, arguments: &[&str]) -> Child {
+fn example(python: &Path, domain: &Domain, name: &str, arguments: &[&str]) -> Example {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("bindings/python/examples").join(name);
-    Command::new(python)
+    let child = Command::new(python)
         .arg(file)
         .args(arguments)
         .env(Domain::VARIABLE, domain.prefix())
@@ -71,14 +99,8 @@ fn example(python: &Path, domain: &Domain, name: &str, arguments: &[&str]) -> Ch
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .expect("python starts")
-}
-
-/// Asks the controller to end; it must do so without complaint.
-fn end(controller: Child) {
-    kill_process(Pid::from_child(&controller), Signal::TERM).expect("the controller still runs");
-    let said = Said::of(controller.wait_with_output().expect("the controller ends"));
-    assert!(said.code == 0 && !said.err.contains("Traceback"), "{said:?}");
+        .expect("python starts");
+    Example(Some(child))
 }
 
 /// Everything the nominal controllers said, in the order of the recording, and every command of the filter.
@@ -111,7 +133,7 @@ fn a_python_controller_drives_the_demo_to_its_goal() {
         cncbf(&domain, &folder),
         &[&"run", &"--controller", &"external", &"--people", &"4", &"--report", &"report", &"--json"],
     );
-    end(controller);
+    controller.end();
     assert_reached(&said);
     assert!(!folder.join("report/nominal.log").exists(), "a nominal process of our own ran");
     let (nominal, safe) = recorded(&folder.join("report/run.mcap"));
@@ -120,7 +142,7 @@ fn a_python_controller_drives_the_demo_to_its_goal() {
     assert_eq!(nominal.last().map(|command| command.intent), Some(messages::Intent::Stop.code()));
     let filtered = safe.iter().filter(|command| command.status == SafetyStatus::Filtered.code()).count();
     assert!(filtered * 2 > safe.len(), "only {filtered} of {} commands rest on it", safe.len());
-    let read = Said::of(reader.wait_with_output().expect("the reader ends"));
+    let read = reader.ended();
     assert!(read.code == 0 && read.out.contains("filtered (none)"), "{read:?}");
 }
 
@@ -146,7 +168,7 @@ fn a_python_controller_takes_over_while_the_robot_drives() {
     kill_process(pid, Signal::TERM).expect("a running controller");
     drop(witness);
     let said = Said::of(run.wait_with_output().expect("the command ends"));
-    end(controller);
+    controller.end();
     assert_reached(&said);
     let (nominal, safe) = recorded(&folder.join("report/run.mcap"));
     let changed = nominal.iter().position(|command| command.controller == PYTHON_CONTROLLER);
