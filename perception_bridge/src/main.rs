@@ -22,6 +22,9 @@ struct Arguments {
     /// Recording to play [default: the simulated crowd of the settings]
     #[arg(long, value_name = "F.mcap")]
     recording: Option<PathBuf>,
+    /// Join the ROS 2 graph that ROS_DOMAIN_ID names, and drive its robot
+    #[arg(long, conflicts_with = "recording")]
+    ros2: bool,
     /// Replace the recording's robot by a simulated one that obeys the filter
     #[arg(long, requires = "recording")]
     closed_loop: bool,
@@ -42,6 +45,7 @@ fn main() -> anyhow::Result<()> {
             closed_loop: arguments.closed_loop,
             playback: Playback::new(arguments.rate, arguments.passes)?,
         },
+        None if arguments.ros2 => SourceChoice::Ros2,
         None => SourceChoice::Simulation,
     };
     shell::run(&Settings::load(&arguments.config)?, &arguments.instance, &choice)

@@ -87,6 +87,7 @@ impl HandOver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use allocation_counter::measure;
     use bytemuck::Zeroable;
     use messages::RobotState;
 
@@ -98,5 +99,17 @@ mod tests {
         }
         assert_eq!(hand_over.counters().total(), 3);
         assert_eq!(events.try_iter().count(), PLACES);
+    }
+
+    #[test]
+    fn the_queue_allocates_nothing_once_it_is_made() {
+        let (hand_over, events) = HandOver::new();
+        let of_passing = measure(|| {
+            for _ in 0..1_000 {
+                hand_over.put(BridgeEvent::RobotState(RobotState::zeroed()));
+                assert!(events.try_recv().is_ok() && events.try_recv().is_err());
+            }
+        });
+        assert_eq!(of_passing.count_total, 0);
     }
 }
