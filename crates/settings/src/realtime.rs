@@ -102,7 +102,11 @@ impl RealtimeSettings {
 impl ProcessRealtime {
     fn validate(&self, process: &str, period_ms: u64) -> Checked {
         let require = |holds: bool, key: &str, value: &dyn core::fmt::Debug, requirement| {
-            if holds { Ok(()) } else { Err(invalid(&format!("realtime.{process}.{key}"), &value, requirement)) }
+            if holds {
+                Ok(())
+            } else {
+                Err(invalid(&format!("realtime.{process}.{key}"), &value, requirement))
+            }
         };
         match (self.scheduler, self.priority) {
             (SchedulerKind::Fifo, Some(priority)) => {
@@ -171,7 +175,8 @@ mod tests {
 
     #[test]
     fn what_is_absent_is_not_asked_for() {
-        let settings = parse("[realtime]\nfilter = { scheduler = \"other\", lock_memory = false }").expect("valid");
+        let settings =
+            parse("[realtime]\nfilter = { scheduler = \"other\", lock_memory = false }").expect("valid");
         let filter = settings.realtime.clone().expect("a table").filter.expect("an entry");
         let nothing = ProcessRealtime {
             scheduler: SchedulerKind::Other,
@@ -184,7 +189,8 @@ mod tests {
             wait: WaitKind::Listener,
         };
         assert_eq!(filter, nothing);
-        let again = Settings::parse(&settings.to_toml().expect("TOML"), Path::new("test.toml"), Path::new(""));
+        let again =
+            Settings::parse(&settings.to_toml().expect("TOML"), Path::new("test.toml"), Path::new(""));
         assert_eq!(again.expect("its own output is valid"), settings);
     }
 
@@ -195,9 +201,11 @@ mod tests {
              timer_slack_ns = 1, cpu_dma_latency_us = 20, spin_us = 1000, wait = \"listener\" }",
         )
         .expect("valid");
-        let nominal = settings.realtime.as_ref().and_then(|realtime| realtime.nominal.clone()).expect("an entry");
+        let nominal =
+            settings.realtime.as_ref().and_then(|realtime| realtime.nominal.clone()).expect("an entry");
         assert_eq!((nominal.priority, nominal.processors.as_slice()), (Some(99), &[1, 3][..]));
-        let again = Settings::parse(&settings.to_toml().expect("TOML"), Path::new("test.toml"), Path::new(""));
+        let again =
+            Settings::parse(&settings.to_toml().expect("TOML"), Path::new("test.toml"), Path::new(""));
         assert_eq!(again.expect("its own output is valid"), settings);
     }
 
@@ -211,7 +219,12 @@ mod tests {
             ("nominal", "scheduler = \"other\", priority = 3", "priority", "left out"),
             ("bridge", "scheduler = \"other\", spin_us = 1001", "spin_us", "1000"),
             ("filter", "scheduler = \"other\", timer_slack_ns = 0", "timer_slack_ns", "default"),
-            ("filter", "scheduler = \"other\", cpu_dma_latency_us = 2147483648", "cpu_dma_latency_us", "limit"),
+            (
+                "filter",
+                "scheduler = \"other\", cpu_dma_latency_us = 2147483648",
+                "cpu_dma_latency_us",
+                "limit",
+            ),
         ] {
             let message = parse(&format!("[realtime]\n{process} = {{ {entry}, lock_memory = true }}"))
                 .expect_err(entry)
