@@ -173,7 +173,8 @@ impl CompositeBarrier {
         obstacles: &[BarrierObstacle],
     ) -> Result<CompositeSample, CompositeError> {
         check(x, obstacles, self.relative.count())?;
-        self.place(pair, x, obstacles);
+        let frame = pair.robot_frame(x);
+        self.place(pair, &frame, obstacles);
         if obstacles.is_empty() {
             return Ok(CompositeSample::Unconstrained);
         }
@@ -186,8 +187,9 @@ impl CompositeBarrier {
         let mut dh_dt = 0.0;
         for (index, obstacle) in obstacles.iter().enumerate() {
             let dh_dz = self.samples[index].gradient.map(|component| component * self.weights[index]);
-            let dz_dx = pair.relative_state_by_robot(x, &obstacle.state);
-            let dz_do = pair.relative_state_by_obstacle(x, &obstacle.state);
+            let z = &self.obstacles[index].z;
+            let dz_dx = pair.relative_state_by_robot(&frame, z);
+            let dz_do = pair.relative_state_by_obstacle(&frame, z);
             for k in 0..4 {
                 for j in 0..NX {
                     dh_dx[j] += dh_dz[k] * dz_dx[k][j];
@@ -221,7 +223,7 @@ impl CompositeBarrier {
         obstacles: &[BarrierObstacle],
     ) -> Result<f64, CompositeError> {
         check(x, obstacles, self.relative.count())?;
-        self.place(pair, x, obstacles);
+        self.place(pair, &pair.robot_frame(x), obstacles);
         self.relative.evaluate::<false>(&self.obstacles, |index| obstacles[index].model, &mut self.samples);
         self.h_bars.clear();
         self.h_bars.extend(self.samples.iter().map(|sample| sample.h_bar));
@@ -244,12 +246,12 @@ impl CompositeBarrier {
     fn place<const NX: usize, P: RobotObstaclePair<NX>>(
         &mut self,
         pair: &P,
-        x: &[f64; NX],
+        frame: &P::Frame,
         obstacles: &[BarrierObstacle],
     ) {
         self.obstacles.clear();
         self.obstacles.extend(obstacles.iter().map(|obstacle| RelativeObstacle {
-            z: pair.relative_state(x, &obstacle.state),
+            z: pair.relative_state_in(frame, &obstacle.state),
             radius_m: obstacle.radius_m,
         }));
         self.samples.resize(obstacles.len(), RelativeSample::default());

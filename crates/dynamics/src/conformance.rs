@@ -137,8 +137,9 @@ pub fn check_relative_state<const NX: usize, const ND: usize>(
     let mut scatter = Scatter(11);
     for _ in 0..STATES {
         let (x, o): ([f64; NX], [f64; 4]) = (scatter.vector(3.0), scatter.vector(3.0));
-        let by_robot = pair.relative_state_by_robot(&x, &o);
-        let by_obstacle = pair.relative_state_by_obstacle(&x, &o);
+        let (frame, z) = (pair.robot_frame(&x), pair.relative_state(&x, &o));
+        let by_robot = pair.relative_state_by_robot(&frame, &z);
+        let by_obstacle = pair.relative_state_by_obstacle(&frame, &z);
         for k in 0..NX {
             let at = |step: f64| pair.relative_state(&nudged(&x, k, step), &o);
             compare_column("∂z/∂x is the derivative of ρ", &at, |i| by_robot[i][k], k)?;
@@ -150,7 +151,7 @@ pub fn check_relative_state<const NX: usize, const ND: usize>(
         let (u, d) = (scatter.inside(pair.control_box()), scatter.inside(pair.disturbance_box()));
         let (f, g) = (pair.robot_drift(&x), pair.robot_control_jacobian(&x));
         let o_rate = obstacle_rate(&o, &d);
-        let flow = pair.flow(&pair.relative_state(&x, &o), &u, &d);
+        let flow = pair.flow(&z, &u, &d);
         for i in 0..4 {
             let of_robot: f64 =
                 (0..NX).map(|k| by_robot[i][k] * (f[k] + g[k][0] * u[0] + g[k][1] * u[1])).sum();

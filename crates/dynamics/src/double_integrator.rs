@@ -38,15 +38,21 @@ impl RelativeDynamics<4, 2, 2> for DoubleIntegratorPair {
 }
 
 impl RobotObstaclePair<4> for DoubleIntegratorPair {
-    fn relative_state(&self, x: &[f64; 4], o: &[f64; 4]) -> [f64; 4] {
+    type Frame = [f64; 4];
+
+    fn robot_frame(&self, x: &[f64; 4]) -> [f64; 4] {
+        *x
+    }
+
+    fn relative_state_in(&self, x: &[f64; 4], o: &[f64; 4]) -> [f64; 4] {
         std::array::from_fn(|i| o[i] - x[i])
     }
 
-    fn relative_state_by_robot(&self, _x: &[f64; 4], _o: &[f64; 4]) -> [[f64; 4]; 4] {
+    fn relative_state_by_robot(&self, _x: &[f64; 4], _z: &[f64; 4]) -> [[f64; 4]; 4] {
         diagonal(-1.0)
     }
 
-    fn relative_state_by_obstacle(&self, _x: &[f64; 4], _o: &[f64; 4]) -> [[f64; 4]; 4] {
+    fn relative_state_by_obstacle(&self, _x: &[f64; 4], _z: &[f64; 4]) -> [[f64; 4]; 4] {
         diagonal(1.0)
     }
 

@@ -24,6 +24,6 @@ pub use angle::wrap_angle;
 pub use double_integrator::DoubleIntegratorPair;
 pub use input_box::{InputBox, InputBoxError};
 pub use relative::RelativeDynamics;
-pub use robot_obstacle::RobotObstaclePair;
+pub use robot_obstacle::{HeadingFrame, RobotObstaclePair};
 pub use unicycle::UnicyclePair;
 pub use unicycle_static::UnicycleStaticPair;

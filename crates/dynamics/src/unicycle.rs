@@ -1,6 +1,6 @@
 //! The ground robot: a unicycle robot and a pedestrian who walks as a unicycle of constant speed.
 
-use crate::{InputBox, RelativeDynamics, RobotObstaclePair, wrap_angle};
+use crate::{HeadingFrame, InputBox, RelativeDynamics, RobotObstaclePair, wrap_angle};
 
 /// Unicycle robot and unicycle obstacle (paper, section on the ground robot).
 ///
@@ -44,20 +44,24 @@ impl RelativeDynamics<4, 2, 1> for UnicyclePair {
 }
 
 impl RobotObstaclePair<3> for UnicyclePair {
-    fn relative_state(&self, x: &[f64; 3], o: &[f64; 4]) -> [f64; 4] {
-        let (sin, cos) = x[2].sin_cos();
-        let (dx, dy) = (o[0] - x[0], o[1] - x[1]);
-        [cos * dx + sin * dy, -sin * dx + cos * dy, wrap_angle(o[2] - x[2]), o[3]]
+    type Frame = HeadingFrame;
+
+    fn robot_frame(&self, x: &[f64; 3]) -> HeadingFrame {
+        HeadingFrame::of(x)
     }
 
-    fn relative_state_by_robot(&self, x: &[f64; 3], o: &[f64; 4]) -> [[f64; 3]; 4] {
-        let (sin, cos) = x[2].sin_cos();
-        let z = self.relative_state(x, o);
+    fn relative_state_in(&self, frame: &HeadingFrame, o: &[f64; 4]) -> [f64; 4] {
+        let [ahead, left] = frame.seen(o);
+        [ahead, left, wrap_angle(o[2] - frame.x[2]), o[3]]
+    }
+
+    fn relative_state_by_robot(&self, frame: &HeadingFrame, z: &[f64; 4]) -> [[f64; 3]; 4] {
+        let &HeadingFrame { sin, cos, .. } = frame;
         [[-cos, -sin, z[1]], [sin, -cos, -z[0]], [0.0, 0.0, -1.0], [0.0, 0.0, 0.0]]
     }
 
-    fn relative_state_by_obstacle(&self, x: &[f64; 3], _o: &[f64; 4]) -> [[f64; 4]; 4] {
-        let (sin, cos) = x[2].sin_cos();
+    fn relative_state_by_obstacle(&self, frame: &HeadingFrame, _z: &[f64; 4]) -> [[f64; 4]; 4] {
+        let &HeadingFrame { sin, cos, .. } = frame;
         [[cos, sin, 0.0, 0.0], [-sin, cos, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
     }
 

@@ -1,6 +1,6 @@
 //! The ground robot among things that do not move: the unicycle pair with the obstacle's motion taken away.
 
-use crate::{InputBox, RelativeDynamics, RobotObstaclePair};
+use crate::{HeadingFrame, InputBox, RelativeDynamics, RobotObstaclePair};
 
 /// Unicycle robot and an obstacle that stands still.
 ///
@@ -46,20 +46,24 @@ impl RelativeDynamics<4, 2, 0> for UnicycleStaticPair {
 }
 
 impl RobotObstaclePair<3> for UnicycleStaticPair {
-    fn relative_state(&self, x: &[f64; 3], o: &[f64; 4]) -> [f64; 4] {
-        let (sin, cos) = x[2].sin_cos();
-        let (dx, dy) = (o[0] - x[0], o[1] - x[1]);
-        [cos * dx + sin * dy, -sin * dx + cos * dy, 0.0, 0.0]
+    type Frame = HeadingFrame;
+
+    fn robot_frame(&self, x: &[f64; 3]) -> HeadingFrame {
+        HeadingFrame::of(x)
     }
 
-    fn relative_state_by_robot(&self, x: &[f64; 3], o: &[f64; 4]) -> [[f64; 3]; 4] {
-        let (sin, cos) = x[2].sin_cos();
-        let z = self.relative_state(x, o);
+    fn relative_state_in(&self, frame: &HeadingFrame, o: &[f64; 4]) -> [f64; 4] {
+        let [ahead, left] = frame.seen(o);
+        [ahead, left, 0.0, 0.0]
+    }
+
+    fn relative_state_by_robot(&self, frame: &HeadingFrame, z: &[f64; 4]) -> [[f64; 3]; 4] {
+        let &HeadingFrame { sin, cos, .. } = frame;
         [[-cos, -sin, z[1]], [sin, -cos, -z[0]], [0.0; 3], [0.0; 3]]
     }
 
-    fn relative_state_by_obstacle(&self, x: &[f64; 3], _o: &[f64; 4]) -> [[f64; 4]; 4] {
-        let (sin, cos) = x[2].sin_cos();
+    fn relative_state_by_obstacle(&self, frame: &HeadingFrame, _z: &[f64; 4]) -> [[f64; 4]; 4] {
+        let &HeadingFrame { sin, cos, .. } = frame;
         [[cos, sin, 0.0, 0.0], [-sin, cos, 0.0, 0.0], [0.0; 4], [0.0; 4]]
     }
 
