@@ -228,11 +228,7 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
     if plan.settings.nominal.controller == ControllerKind::External {
         children.retain(|child| child.id != ProcessId::Nominal);
     }
-    Ok(Plan {
-        domain: Domain::from_env()?,
-        children,
-        log_dir: Some(plan.folder.to_owned()),
-    })
+    Ok(Plan { domain: Domain::from_env()?, children, log_dir: Some(plan.folder.to_owned()) })
 }
 
 /// What the launcher sees of its stack.
