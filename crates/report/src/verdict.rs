@@ -1,7 +1,7 @@
 //! The figures a run is judged by.
 
 use latency::{Recorder, Summary};
-use messages::{RobotState, SourceStatus};
+use messages::{RobotState, SourceKind, SourceStatus};
 use serde::{Deserialize, Serialize};
 
 use crate::intervention::{Interventions, interventions};
@@ -12,9 +12,9 @@ use crate::{RunRecord, finite::finite};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The goal was reached, nobody was touched.
+    /// The goal was reached, nobody was touched as far as the source knows: see [`Verdict::collisions`].
     Reached,
-    /// Nobody was touched, but the goal was not reached.
+    /// Nobody was touched as far as the source knows, but the goal was not reached.
     NotReached,
     /// Somebody was touched.
     Collision,
@@ -80,7 +80,7 @@ pub struct Verdict {
     pub outcome: Outcome,
     /// Whether the robot came within its goal's tolerance, as the source says.
     pub reached: Option<bool>,
-    /// Contacts between robot and people, as the source says.
+    /// Contacts between robot and people, as the source says; unknown on a live robot.
     pub collisions: Option<u32>,
     /// Smallest true distance between the discs of robot and people, as the source says, m.
     pub min_clearance_m: Option<f64>,
@@ -131,7 +131,9 @@ impl Verdict {
                 Some(_) => Outcome::NotReached,
             },
             reached: source.map(|status| status.goal_reached != 0),
-            collisions: source.map(|_| u32::try_from(collisions).unwrap_or(u32::MAX)),
+            collisions: source
+                .filter(|status| status.kind != SourceKind::Ros2.code())
+                .map(|_| u32::try_from(collisions).unwrap_or(u32::MAX)),
             min_clearance_m: smallest(&mut record.source_status.iter().map(|status| status.min_clearance_m)),
             goal_distance_m: source.and_then(|status| finite(status.goal_distance_m)),
             time_to_goal_s: reached_at.map(|status| record.seconds(status.published_ns).max(0.0)),
@@ -154,13 +156,21 @@ impl Verdict {
     /// The outcome in a few words.
     pub fn headline(&self) -> String {
         match self.outcome {
-            Outcome::Reached => "Goal reached, nobody touched".to_owned(),
-            Outcome::NotReached => "Goal not reached, nobody touched".to_owned(),
+            Outcome::Reached => format!("Goal reached, {}", self.contacts()),
+            Outcome::NotReached => format!("Goal not reached, {}", self.contacts()),
             Outcome::Collision => match self.collisions {
                 Some(1) | None => "Collision".to_owned(),
                 Some(count) => format!("{count} collisions"),
             },
             Outcome::Unknown => "Outcome unknown: the source reported none".to_owned(),
+        }
+    }
+
+    /// What is known of contacts where none was counted. A live robot does not tell whom it touches.
+    const fn contacts(&self) -> &'static str {
+        match self.collisions {
+            Some(_) => "nobody touched",
+            None => "contacts unknown",
         }
     }
 

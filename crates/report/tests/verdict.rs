@@ -3,7 +3,7 @@
 mod synthetic;
 
 use bytemuck::Zeroable;
-use messages::{Reason, SafeCommand, SafetyStatus, SourceStatus};
+use messages::{Reason, SafeCommand, SafetyStatus, SourceKind, SourceStatus};
 use report::{INTERVENTION_TOLERANCE, Outcome, RunRecord, Verdict};
 use synthetic::{PERIOD_NS, START_NS};
 
@@ -138,4 +138,18 @@ fn an_empty_run_has_a_verdict_too() {
     let json = serde_json::to_value(&verdict).expect("plain figures");
     assert!(json["min_h_m"].is_null());
     assert_eq!(serde_json::from_value::<Verdict>(json).expect("own text"), verdict);
+}
+
+#[test]
+fn a_live_robot_does_not_tell_whom_it_touched() {
+    let mut record = run_of(&[SafetyStatus::Filtered; 10]);
+    for (kind, collisions, headline) in [
+        (SourceKind::Ros2, None, "Goal reached, contacts unknown"),
+        (SourceKind::Simulation, Some(0), "Goal reached, nobody touched"),
+    ] {
+        record.source_status =
+            vec![SourceStatus { kind: kind.code(), goal_reached: 1, ..SourceStatus::zeroed() }];
+        let verdict = Verdict::of(&record);
+        assert_eq!((verdict.collisions, verdict.headline().as_str()), (collisions, headline));
+    }
 }
