@@ -8,7 +8,11 @@ use std::{
     time::Duration,
 };
 
-use rustix::time::{ClockId, clock_gettime};
+use rustix::{
+    io::Errno,
+    thread::clock_nanosleep_absolute,
+    time::{ClockId, Timespec, clock_gettime},
+};
 
 /// Tells the time of the stack, ns. Never runs backwards.
 pub trait Clock {
@@ -71,6 +75,19 @@ impl Clock for SteppedClock {
 /// A duration in ns; the 584 years that a `u64` can hold are the limit.
 pub(crate) fn nanoseconds(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}
+
+/// Sleeps until `CLOCK_MONOTONIC` shows `due_ns`, or a signal arrives.
+pub(crate) fn sleep_until(due_ns: u64) {
+    let due = Timespec {
+        tv_sec: (due_ns / 1_000_000_000).cast_signed(),
+        tv_nsec: (due_ns % 1_000_000_000).cast_signed(),
+    };
+    match clock_nanosleep_absolute(ClockId::Monotonic, &due) {
+        Ok(()) | Err(Errno::INTR) => {}
+        // The call is refused only where the kernel or a sandbox lacks it; a coarser sleep keeps the cycle going.
+        Err(_) => std::thread::sleep(Duration::from_micros(100)),
+    }
 }
 
 #[cfg(test)]

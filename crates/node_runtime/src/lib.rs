@@ -59,7 +59,7 @@
 
 mod clock;
 mod cycle_meter;
-mod cyclic_timer;
+mod cyclic_schedule;
 #[cfg(feature = "dds")]
 mod dds;
 pub mod doctor;
@@ -85,7 +85,7 @@ mod wake;
 
 pub use clock::{Clock, RealClock, SteppedClock};
 pub use cycle_meter::CycleMeter;
-pub use cyclic_timer::{CyclicSchedule, CyclicTimer, Tick};
+pub use cyclic_schedule::{CyclicSchedule, Tick};
 pub use domain::{Domain, DomainError};
 pub use health_reporter::HealthReporter;
 pub use leftovers::{CleanUpError, Leftover, Member, ScopedDomain, clean_up, leftovers, members};

@@ -4,8 +4,7 @@ use std::time::Duration;
 
 use crate::{
     Clock, Pacing, RealClock, Tick, WakeUp, Woken,
-    clock::nanoseconds,
-    cyclic_timer::sleep_until,
+    clock::{nanoseconds, sleep_until},
     processor_share::{ProcessorShare, thread_time_ns},
 };
 
@@ -22,6 +21,11 @@ pub enum Waiting {
     Spin,
 }
 
+impl Waiting {
+    /// Asleep all the time.
+    pub const ASLEEP: Self = Self::Sleep { spin: Duration::ZERO };
+}
+
 /// Begins the cycles of one process on `CLOCK_MONOTONIC`.
 #[derive(Debug)]
 pub struct Pacer {
@@ -36,6 +40,12 @@ impl Pacer {
     /// Begins cycles as `pacing` says; `wake_up` is where inputs announce themselves.
     pub const fn new(pacing: Pacing, wake_up: Option<WakeUp>, waiting: Waiting) -> Self {
         Self { pacing, wake_up, waiting, share: None, pauses: 0 }
+    }
+
+    /// Begins a cycle every `period`, the first one period from now, whatever arrives.
+    pub fn every(period: Duration, waiting: Waiting) -> Self {
+        let first_due_ns = RealClock.now_ns().saturating_add(nanoseconds(period));
+        Self::new(Pacing::timer(first_due_ns, period), None, waiting)
     }
 
     /// Leaves a fifth of the processor to others whatever is due or arrives: for a thread of a real-time class, which the
@@ -119,11 +129,7 @@ mod tests {
 
     #[test]
     fn inputs_begin_cycles_between_due_times_whether_it_sleeps_or_spins() {
-        for waiting in [
-            Waiting::Sleep { spin: Duration::ZERO },
-            Waiting::Sleep { spin: Duration::from_millis(1) },
-            Waiting::Spin,
-        ] {
+        for waiting in [Waiting::ASLEEP, Waiting::Sleep { spin: Duration::from_millis(1) }, Waiting::Spin] {
             let domain = ScopedDomain::new();
             let (mut pacer, waker, _node) = pacer(&domain, waiting);
             let first = pacer.wait();
@@ -143,7 +149,7 @@ mod tests {
     #[test]
     fn a_due_time_set_from_outside_is_kept() {
         let pacing = Pacing::event(RealClock.now_ns() + nanoseconds(PERIOD), PERIOD);
-        let mut pacer = Pacer::new(pacing, None, Waiting::Sleep { spin: Duration::ZERO });
+        let mut pacer = Pacer::new(pacing, None, Waiting::ASLEEP);
         let due_ns = RealClock.now_ns() + 3_000_000;
         let tick = pacer.wait_until(due_ns);
         assert!(tick.due_ns == due_ns && tick.woke_ns >= due_ns);
@@ -152,12 +158,39 @@ mod tests {
     fn what_is_always_due_leaves_time_to_others_where_it_must() {
         let start_ns = RealClock.now_ns();
         let pacing = Pacing::event(start_ns, PERIOD);
-        let mut pacer = Pacer::new(pacing, None, Waiting::Sleep { spin: Duration::ZERO }).sharing_processor();
+        let mut pacer = Pacer::new(pacing, None, Waiting::ASLEEP).sharing_processor();
         let taken_before_ns = thread_time_ns();
         while RealClock.now_ns() < start_ns + 400_000_000 {
             pacer.wait_until(start_ns);
         }
         let (all_ns, taken_ns) = (RealClock.now_ns() - start_ns, thread_time_ns() - taken_before_ns);
         assert!(taken_ns <= all_ns / 100 * 81 + 21_000_000, "{taken_ns} of {all_ns}");
+    }
+
+    #[test]
+    fn a_spinning_timer_is_never_early() {
+        let mut timer =
+            Pacer::every(Duration::from_millis(1), Waiting::Sleep { spin: Duration::from_micros(300) });
+        for _ in 0..20 {
+            let tick = timer.wait();
+            assert!(tick.woke_ns >= tick.due_ns);
+        }
+    }
+
+    #[test]
+    fn ticks_and_skips_together_account_for_all_time_that_passed() {
+        let period = Duration::from_millis(2);
+        let mut timer = Pacer::every(period, Waiting::ASLEEP);
+        let start_ns = timer.pacing.next_due_ns();
+        let (mut due_times, mut last) = (0, None);
+        for _ in 0..50 {
+            let tick = timer.wait();
+            due_times += 1 + tick.skipped;
+            assert!(tick.woke_ns >= tick.due_ns && tick.lateness_ns() < nanoseconds(period));
+            last = Some(tick);
+        }
+        let last = last.unwrap();
+        assert_eq!(last.due_ns, start_ns + (due_times - 1) * nanoseconds(period));
+        assert!(RealClock.now_ns() >= last.due_ns);
     }
 }

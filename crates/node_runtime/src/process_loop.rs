@@ -94,7 +94,7 @@ fn waiting(realtime: Option<&ProcessRealtime>) -> Waiting {
     match realtime {
         Some(ProcessRealtime { wait: WaitKind::Spin, .. }) => Waiting::Spin,
         Some(realtime) => Waiting::Sleep { spin: Duration::from_micros(realtime.spin_us) },
-        None => Waiting::Sleep { spin: Duration::ZERO },
+        None => Waiting::ASLEEP,
     }
 }
 

@@ -11,8 +11,7 @@ use rustix::{
 #[cfg(feature = "dds")]
 use crate::dds;
 use crate::{
-    clock::{Clock, RealClock, nanoseconds},
-    cyclic_timer::sleep_until,
+    clock::{Clock, RealClock, nanoseconds, sleep_until},
     iceoryx,
 };
 

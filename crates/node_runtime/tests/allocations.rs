@@ -7,7 +7,7 @@ use std::time::Duration;
 use allocation_counter::measure;
 use common::goal;
 use messages::{Goal, ProcessId};
-use node_runtime::{Clock, CyclicTimer, HealthReporter, Node, RealClock, ScopedDomain, Woken};
+use node_runtime::{Clock, HealthReporter, Node, Pacer, RealClock, ScopedDomain, Waiting, Woken};
 
 fn allocations(action: impl FnOnce()) -> u64 {
     measure(action).count_total
@@ -23,7 +23,7 @@ fn a_cycle_allocates_nothing() {
     let mut subscriber = node.subscriber::<Goal>().unwrap();
     let (waker, wake_up) = (node.waker(ProcessId::Filter).unwrap(), node.wake_up().unwrap());
     let mut health = HealthReporter::new(&node).unwrap();
-    let mut timer = CyclicTimer::new(RealClock, Duration::from_millis(1));
+    let mut timer = Pacer::every(Duration::from_millis(1), Waiting::ASLEEP);
     let mut cycle = |number: u64| {
         allocations(|| {
             let tick = timer.wait();

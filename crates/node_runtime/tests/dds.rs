@@ -16,7 +16,7 @@ use bytemuck::Zeroable;
 use common::{PATIENCE, eventually, goal};
 use messages::{Detections, Goal, Obstacles, ProcessId, SafeCommand};
 use node_runtime::{
-    CyclicTimer, Domain, Node, NodeError, RealClock, ScopedDomain, Shutdown, Subscriber, Transport, Woken,
+    Domain, Node, NodeError, Pacer, ScopedDomain, Shutdown, Subscriber, Transport, Waiting, Woken,
 };
 
 const ROLE: &str = "CNCBF_TEST_ROLE";
@@ -45,7 +45,7 @@ fn other_process() {
     let mut goals = node.subscriber::<Goal>().unwrap();
     let (answers, waker) =
         (node.publisher::<Detections>().unwrap(), node.waker(ProcessId::Estimator).unwrap());
-    let mut timer = CyclicTimer::new(RealClock, PAUSE);
+    let mut timer = Pacer::every(PAUSE, Waiting::ASLEEP);
     let mut answer = None;
     while !shutdown.requested() {
         timer.wait();

@@ -17,7 +17,7 @@ use std::{
 use common::{PATIENCE, eventually, goal};
 use messages::{Goal, ProcessId};
 use node_runtime::{
-    CyclicTimer, Domain, Node, RealClock, ScopedDomain, Shutdown, Subscriber, clean_up, leftovers, members,
+    Domain, Node, Pacer, ScopedDomain, Shutdown, Subscriber, Waiting, clean_up, leftovers, members,
 };
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -32,7 +32,7 @@ fn other_process() {
         "sender" => {
             let node = Node::open("demo", ProcessId::Bridge).unwrap();
             let (port, waker) = (node.publisher::<Goal>().unwrap(), node.waker(ProcessId::Nominal).unwrap());
-            let mut timer = CyclicTimer::new(RealClock, Duration::from_millis(2));
+            let mut timer = Pacer::every(Duration::from_millis(2), Waiting::ASLEEP);
             let mut sequence = 0;
             while !shutdown.requested() {
                 timer.wait();

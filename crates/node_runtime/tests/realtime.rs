@@ -16,7 +16,7 @@ use std::{
 use bytemuck::Zeroable;
 use messages::{Detections, ProcessId, RealtimeFlags};
 use node_runtime::{
-    CyclicTimer, Domain, Node, RealClock, ScopedDomain, UsageMeter,
+    Domain, Node, Pacer, ScopedDomain, UsageMeter, Waiting,
     realtime::{Granted, Request, Right, Scheduler, enter, try_out},
 };
 use rustix::thread::{CapabilitySet, capabilities};
@@ -117,7 +117,7 @@ fn other_process() {
             let granted = enter(&everything());
             tell(&granted);
             assert_eq!(class_and_priority(), (0, 0));
-            let mut timer = CyclicTimer::new(RealClock, Duration::from_millis(2));
+            let mut timer = Pacer::every(Duration::from_millis(2), Waiting::ASLEEP);
             for _ in 0..5 {
                 timer.wait();
             }

@@ -8,7 +8,7 @@ use std::{
 };
 
 use bytemuck::Zeroable;
-use node_runtime::{Clock, CyclicTimer, RealClock, ScopedDomain, Transport, realtime};
+use node_runtime::{Clock, Pacer, RealClock, ScopedDomain, Transport, Waiting, realtime};
 
 use crate::{
     Arguments, Failure, Mode, bare,
@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Sends until every way is alive, and then what is to be measured.
 fn send(arguments: &Arguments, ends: &mut [Box<dyn Sending>], ready: &AtomicUsize) -> Result<(), Failure> {
     let _rights = realtime::enter(&arguments.rights());
-    let mut timer = CyclicTimer::new(RealClock, Duration::from_micros(arguments.period_us));
+    let mut timer = Pacer::every(Duration::from_micros(arguments.period_us), Waiting::ASLEEP);
     let mut message = Hop::zeroed();
     let mut send = |end: &mut dyn Sending, counts: u64| {
         timer.wait();

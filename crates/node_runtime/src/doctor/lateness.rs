@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::{CyclicTimer, RealClock, clock::nanoseconds};
+use crate::{Pacer, Waiting, clock::nanoseconds};
 
 /// Wakes up every `period` for `duration` and returns how late each time was, ns, in the order of measurement; at least one.
 ///
@@ -12,7 +12,7 @@ pub fn measure_wake_up_lateness(duration: Duration, period: Duration, spin: Dura
     let period_ns = nanoseconds(period).max(1);
     let wanted = ((nanoseconds(duration) / period_ns) as usize).max(1);
     let mut lateness_ns = Vec::with_capacity(wanted);
-    let mut timer = CyclicTimer::new(RealClock, period).spinning(spin);
+    let mut timer = Pacer::every(period, Waiting::Sleep { spin });
     while lateness_ns.len() < wanted {
         let tick = timer.wait();
         for missed in (0..=tick.skipped).rev() {

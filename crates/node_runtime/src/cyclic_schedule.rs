@@ -1,17 +1,10 @@
-//! The cyclic loop's timer: absolute due times on `CLOCK_MONOTONIC`, hence no drift.
-//!
-//! Scheduling class, memory locking and affinity belong to the thread that waits here and are not set by the timer.
+//! Absolute due times, hence no drift, and the cycles that begin at them. Knows no clock.
 
 use std::time::Duration;
 
 use messages::Trigger;
-use rustix::{
-    io::Errno,
-    thread::{ClockId, clock_nanosleep_absolute},
-    time::Timespec,
-};
 
-use crate::clock::{Clock, RealClock, nanoseconds};
+use crate::clock::nanoseconds;
 
 /// One cycle's beginning, as planned and as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,63 +84,6 @@ impl CyclicSchedule {
     }
 }
 
-/// Begins cycles on `CLOCK_MONOTONIC`, sleeping in between with `clock_nanosleep(TIMER_ABSTIME)`.
-#[derive(Debug)]
-pub struct CyclicTimer {
-    schedule: CyclicSchedule,
-    clock: RealClock,
-    spin_ns: u64,
-}
-
-impl CyclicTimer {
-    /// A timer whose first cycle is due one period from now. Only the real clock can be slept on.
-    pub fn new(clock: RealClock, period: Duration) -> Self {
-        let first_due_ns = clock.now_ns().saturating_add(nanoseconds(period));
-        Self { schedule: CyclicSchedule::new(first_due_ns, period), clock, spin_ns: 0 }
-    }
-
-    /// Sleeps only until `spin` before a cycle is due and reads the clock for the rest: sooner awake, for that much more
-    /// processor time in every period. A SCHED_FIFO thread must leave the processor most of the time, so keep it short.
-    #[must_use]
-    pub fn spinning(self, spin: Duration) -> Self {
-        Self { spin_ns: nanoseconds(spin), ..self }
-    }
-
-    /// Sleeps until the next cycle is due and begins it. Returns at once if it already is. Signals do not cut it short.
-    pub fn wait(&mut self) -> Tick {
-        loop {
-            let now_ns = self.clock.now_ns();
-            if let Some(tick) = self.schedule.begin(now_ns) {
-                return tick;
-            }
-            let sleep_end_ns = self.schedule.next_due_ns().saturating_sub(self.spin_ns);
-            if now_ns < sleep_end_ns {
-                sleep_until(sleep_end_ns);
-            } else {
-                std::hint::spin_loop();
-            }
-        }
-    }
-
-    /// The due times.
-    pub const fn schedule(&self) -> &CyclicSchedule {
-        &self.schedule
-    }
-}
-
-/// Sleeps until `CLOCK_MONOTONIC` shows `due_ns`, or a signal arrives.
-pub(crate) fn sleep_until(due_ns: u64) {
-    let due = Timespec {
-        tv_sec: (due_ns / 1_000_000_000).cast_signed(),
-        tv_nsec: (due_ns % 1_000_000_000).cast_signed(),
-    };
-    match clock_nanosleep_absolute(ClockId::Monotonic, &due) {
-        Ok(()) | Err(Errno::INTR) => {}
-        // The call is refused only where the kernel or a sandbox lacks it; a coarser sleep keeps the cycle going.
-        Err(_) => std::thread::sleep(Duration::from_micros(100)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -173,32 +109,5 @@ mod tests {
     #[test]
     fn a_zero_period_does_not_divide_by_zero() {
         assert!(CyclicSchedule::new(0, Duration::ZERO).begin(10).is_some());
-    }
-
-    #[test]
-    fn a_spinning_timer_is_never_early() {
-        let mut timer =
-            CyclicTimer::new(RealClock, Duration::from_millis(1)).spinning(Duration::from_micros(300));
-        for _ in 0..20 {
-            let tick = timer.wait();
-            assert!(tick.woke_ns >= tick.due_ns);
-        }
-    }
-
-    #[test]
-    fn ticks_and_skips_together_account_for_all_time_that_passed() {
-        let period = Duration::from_millis(2);
-        let mut timer = CyclicTimer::new(RealClock, period);
-        let start_ns = timer.schedule().next_due_ns();
-        let (mut due_times, mut last) = (0, None);
-        for _ in 0..50 {
-            let tick = timer.wait();
-            due_times += 1 + tick.skipped;
-            assert!(tick.woke_ns >= tick.due_ns && tick.lateness_ns() < nanoseconds(period));
-            last = Some(tick);
-        }
-        let last = last.unwrap();
-        assert_eq!(last.due_ns, start_ns + (due_times - 1) * nanoseconds(period));
-        assert!(RealClock.now_ns() >= last.due_ns);
     }
 }
