@@ -39,16 +39,7 @@ fn spin(settings: &mut Settings) {
         filter: None,
     });
     for process in processes(&mut settings.realtime) {
-        let process = process.get_or_insert(ProcessRealtime {
-            scheduler: SchedulerKind::Other,
-            priority: None,
-            processors: Vec::new(),
-            lock_memory: false,
-            timer_slack_ns: None,
-            cpu_dma_latency_us: None,
-            spin_us: 0,
-            wait: WaitKind::Spin,
-        });
+        let process = process.get_or_insert(ProcessRealtime::nothing());
         process.scheduler = SchedulerKind::Other;
         process.priority = None;
         process.wait = WaitKind::Spin;

@@ -152,12 +152,7 @@ mod tests {
         let fifo = ProcessRealtime {
             scheduler: SchedulerKind::Fifo,
             priority: Some(1),
-            processors: Vec::new(),
-            lock_memory: false,
-            timer_slack_ns: None,
-            cpu_dma_latency_us: None,
-            spin_us: 0,
-            wait: WaitKind::Listener,
+            ..ProcessRealtime::nothing()
         };
         // The class belongs to the thread and ends with it.
         let run = std::thread::spawn(move || run_overdue(Duration::from_secs(5), Some(&fifo)));

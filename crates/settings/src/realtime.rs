@@ -100,6 +100,20 @@ impl RealtimeSettings {
 }
 
 impl ProcessRealtime {
+    /// Asks for nothing.
+    pub const fn nothing() -> Self {
+        Self {
+            scheduler: SchedulerKind::Other,
+            priority: None,
+            processors: Vec::new(),
+            lock_memory: false,
+            timer_slack_ns: None,
+            cpu_dma_latency_us: None,
+            spin_us: 0,
+            wait: WaitKind::Listener,
+        }
+    }
+
     fn validate(&self, process: &str, period_ms: u64) -> Checked {
         let require = |holds: bool, key: &str, value: &dyn core::fmt::Debug, requirement| {
             if holds {
@@ -236,16 +250,7 @@ mod tests {
 
     #[test]
     fn a_spin_of_half_a_period_is_refused() {
-        let entry = |spin_us: u64| ProcessRealtime {
-            scheduler: SchedulerKind::Other,
-            priority: None,
-            processors: Vec::new(),
-            lock_memory: false,
-            timer_slack_ns: None,
-            cpu_dma_latency_us: None,
-            spin_us,
-            wait: WaitKind::Listener,
-        };
+        let entry = |spin_us: u64| ProcessRealtime { spin_us, ..ProcessRealtime::nothing() };
         assert!(entry(499).validate("filter", 1).is_ok());
         assert!(entry(500).validate("filter", 1).is_err());
         assert!(entry(1000).validate("filter", 4).is_ok());
