@@ -68,7 +68,9 @@ enum cncbf_controller {
     /* Linear-quadratic regulator of the double integrator. */
     CNCBF_CONTROLLER_LQR = 3,
     /* Pure pursuit of the goal by the unicycle. */
-    CNCBF_CONTROLLER_PURE_PURSUIT = 4
+    CNCBF_CONTROLLER_PURE_PURSUIT = 4,
+    /* The robot's own: what it would be commanded without this stack, taken from a topic by the bridge. */
+    CNCBF_CONTROLLER_UPSTREAM = 5
 };
 
 /* Name of a code as logs and reports write it; "?" for a code that this version does not know. */
@@ -79,6 +81,7 @@ static inline const char *cncbf_controller_label(uint32_t code)
     case CNCBF_CONTROLLER_MPC: return "mpc";
     case CNCBF_CONTROLLER_LQR: return "lqr";
     case CNCBF_CONTROLLER_PURE_PURSUIT: return "pure_pursuit";
+    case CNCBF_CONTROLLER_UPSTREAM: return "upstream";
     default: return "?";
     }
 }
@@ -143,6 +146,10 @@ enum cncbf_reason {
     CNCBF_REASON_FUTURE_STAMP = 40,
     /* A stamp runs backwards. */
     CNCBF_REASON_BACKWARD_STAMP = 41,
+    /* A stamp is of another clock than the one that was agreed on: simulated time, or the time since a machine began. */
+    CNCBF_REASON_FOREIGN_CLOCK = 42,
+    /* The sender's clock has jumped. */
+    CNCBF_REASON_CLOCK_JUMP = 43,
     /* The evaluation produced a NaN or an infinity. */
     CNCBF_REASON_NON_FINITE_BARRIER = 50,
     /* An optimisation did not converge. */
@@ -184,6 +191,8 @@ static inline const char *cncbf_reason_label(uint32_t code)
     case CNCBF_REASON_NO_GOAL: return "no_goal";
     case CNCBF_REASON_FUTURE_STAMP: return "future_stamp";
     case CNCBF_REASON_BACKWARD_STAMP: return "backward_stamp";
+    case CNCBF_REASON_FOREIGN_CLOCK: return "foreign_clock";
+    case CNCBF_REASON_CLOCK_JUMP: return "clock_jump";
     case CNCBF_REASON_NON_FINITE_BARRIER: return "non_finite_barrier";
     case CNCBF_REASON_SOLVER_FAILED: return "solver_failed";
     case CNCBF_REASON_SILENT_FILTER: return "silent_filter";

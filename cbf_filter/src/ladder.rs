@@ -24,6 +24,8 @@ pub const fn rung(reason: Reason) -> SafetyStatus {
         | Reason::NoGoal
         | Reason::FutureStamp
         | Reason::BackwardStamp
+        | Reason::ForeignClock
+        | Reason::ClockJump
         | Reason::NonFiniteBarrier
         | Reason::SolverFailed
         | Reason::SilentFilter

@@ -83,6 +83,8 @@ wire_codes! {
         Lqr = 3 => "lqr",
         /// Pure pursuit of the goal by the unicycle.
         PurePursuit = 4 => "pure_pursuit",
+        /// The robot's own: what it would be commanded without this stack, taken from a topic by the bridge.
+        Upstream = 5 => "upstream",
     }
 }
 
@@ -137,6 +139,10 @@ wire_codes! {
         FutureStamp = 40 => "future_stamp",
         /// A stamp runs backwards.
         BackwardStamp = 41 => "backward_stamp",
+        /// A stamp is of another clock than the one that was agreed on: simulated time, or the time since a machine began.
+        ForeignClock = 42 => "foreign_clock",
+        /// The sender's clock has jumped.
+        ClockJump = 43 => "clock_jump",
         /// The evaluation produced a NaN or an infinity.
         NonFiniteBarrier = 50 => "non_finite_barrier",
         /// An optimisation did not converge.

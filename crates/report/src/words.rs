@@ -37,6 +37,8 @@ pub(crate) const fn reason(reason: Reason) -> &'static str {
         Reason::WrongControlKind => "the nominal command is for another kind of robot",
         Reason::FutureStamp => "a stamp lies in the future",
         Reason::BackwardStamp => "a stamp ran backwards",
+        Reason::ForeignClock => "a stamp is of another clock",
+        Reason::ClockJump => "the sender's clock jumped",
         Reason::NonFiniteBarrier => "the evaluation of the barrier produced a NaN or an infinity",
         Reason::SolverFailed => "an optimisation did not converge",
         Reason::SilentFilter => "the command sink heard nothing from the filter",

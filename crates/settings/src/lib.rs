@@ -114,6 +114,9 @@ impl Settings {
         self.simulation.validate()?;
         self.estimator.validate()?;
         self.nominal.validate(self.robot.kind)?;
+        if let Some(ros2) = &self.source.ros2 {
+            ros2.validate_controller(self.nominal.controller)?;
+        }
         self.filter.validate()?;
         positive("robot.radius_m + obstacle.radius_m", self.failure_radius_m())?;
         self.realtime.as_ref().map_or(Ok(()), |realtime| realtime.validate(self))?;

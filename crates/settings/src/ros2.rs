@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Checked, positive_ms, require};
+use crate::ControllerKind;
+use crate::error::{Checked, positive, positive_ms, require};
 
 /// Longest time between two commands, ms: drivers stop their robot where none comes for half a second.
 const LONGEST_COMMAND_PERIOD_MS: u64 = 250;
@@ -28,6 +29,25 @@ pub struct Ros2Settings {
     pub command: CommandMessage,
     /// Time between two commands, ms.
     pub command_period_ms: u64,
+    /// Topic of the robot's own velocity commands, which become the nominal ones: the place of Nav2's collision monitor, with
+    /// `cmd_vel_smoothed` here and `cmd_vel` as `command_topic`. Needs `nominal.controller = "external"`. Absent: nobody's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nominal_topic: Option<String>,
+    /// What arrives there; absent: Twist.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<CommandMessage>,
+    /// Topic of a nav_msgs/Path to follow, such as Nav2's `plan`; its next point becomes the goal. Absent: none is heard.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path_topic: Option<String>,
+    /// How far ahead on the path the goal lies, m; absent: 1.5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub path_lookahead_m: Option<f64>,
+    /// Whether stamps are of `/clock` (rosgraph_msgs/Clock), as in a simulation; absent: of the date.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub use_sim_time: Option<bool>,
+    /// Whether shapes for a viewer are published; absent: they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub markers: Option<bool>,
 }
 
 /// Messages that say where obstacles are.
@@ -76,6 +96,12 @@ impl Ros2Settings {
             command_topic: "cmd_vel".to_owned(),
             command: CommandMessage::Twist,
             command_period_ms: 10,
+            nominal_topic: None,
+            nominal: None,
+            path_topic: None,
+            path_lookahead_m: None,
+            use_sim_time: None,
+            markers: None,
         }
     }
 
@@ -88,6 +114,16 @@ impl Ros2Settings {
         }
     }
 
+    /// The robot's own commands take the nominal controller's place, so that nobody else may have it.
+    pub(crate) fn validate_controller(&self, controller: ControllerKind) -> Checked {
+        require(
+            self.nominal_topic.is_none() || controller == ControllerKind::External,
+            "nominal.controller",
+            controller,
+            "`external` where source.ros2.nominal_topic names whose commands are filtered",
+        )
+    }
+
     pub(crate) fn validate(&self) -> Checked {
         require(
             is_token(&self.node_name),
@@ -98,8 +134,17 @@ impl Ros2Settings {
         let namespace = self.namespace.as_str();
         let is_namespace = namespace == "/" || (namespace.starts_with('/') && is_name(namespace));
         require(is_namespace, "source.ros2.namespace", namespace, "an absolute name such as / or /robot1")?;
-        let topic = &self.command_topic;
-        require(is_name(topic), "source.ros2.command_topic", topic, "the name of a topic such as cmd_vel")?;
+        let topics = [
+            ("source.ros2.command_topic", Some(&self.command_topic)),
+            ("source.ros2.nominal_topic", self.nominal_topic.as_ref()),
+            ("source.ros2.path_topic", self.path_topic.as_ref()),
+        ];
+        for (key, topic) in topics.into_iter().filter_map(|(key, topic)| Some((key, topic?))) {
+            require(is_name(topic), key, topic, "the name of a topic such as cmd_vel")?;
+        }
+        if let Some(lookahead_m) = self.path_lookahead_m {
+            positive("source.ros2.path_lookahead_m", lookahead_m)?;
+        }
         positive_ms("source.ros2.command_period_ms", self.command_period_ms)?;
         require(
             self.command_period_ms <= LONGEST_COMMAND_PERIOD_MS,
@@ -138,6 +183,9 @@ mod tests {
         assert!(refused(|s| s.namespace = "robot1".to_owned()).contains("source.ros2.namespace"));
         assert!(refused(|s| s.namespace = "/robot1/".to_owned()).contains("source.ros2.namespace"));
         assert!(refused(|s| s.command_topic = "cmd__vel".to_owned()).contains("source.ros2.command_topic"));
+        assert!(refused(|s| s.nominal_topic = Some("a b".to_owned())).contains("source.ros2.nominal_topic"));
+        assert!(refused(|s| s.path_topic = Some("my plan".to_owned())).contains("source.ros2.path_topic"));
+        assert!(refused(|s| s.path_lookahead_m = Some(0.0)).contains("source.ros2.path_lookahead_m"));
         assert!(refused(|s| s.command_period_ms = 500).contains("source.ros2.command_period_ms"));
     }
 

@@ -70,6 +70,8 @@ class Controller(Code):
     LQR = 3
     #: Pure pursuit of the goal by the unicycle.
     PURE_PURSUIT = 4
+    #: The robot's own: what it would be commanded without this stack, taken from a topic by the bridge.
+    UPSTREAM = 5
 
 
 class SafetyStatus(Code):
@@ -122,6 +124,10 @@ class Reason(Code):
     FUTURE_STAMP = 40
     #: A stamp runs backwards.
     BACKWARD_STAMP = 41
+    #: A stamp is of another clock than the one that was agreed on: simulated time, or the time since a machine began.
+    FOREIGN_CLOCK = 42
+    #: The sender's clock has jumped.
+    CLOCK_JUMP = 43
     #: The evaluation produced a NaN or an infinity.
     NON_FINITE_BARRIER = 50
     #: An optimisation did not converge.
