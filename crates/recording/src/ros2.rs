@@ -7,6 +7,7 @@
 mod definition;
 mod autoware_perception_msgs;
 mod builtin_interfaces;
+mod diagnostic_msgs;
 mod geometry_msgs;
 mod nav_msgs;
 mod sensor_msgs;
@@ -21,7 +22,8 @@ pub use autoware_perception_msgs::{
     ObjectClassification, Shape, TrackedObject, TrackedObjectKinematics, TrackedObjects,
 };
 pub use builtin_interfaces::{Duration, Time};
-pub use definition::{Field, Ros2Message};
+pub use definition::{Byte, Field, Ros2Message};
+pub use diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry_msgs::{
     Accel, AccelStamped, AccelWithCovariance, Point, Point32, Polygon, Pose, PoseArray, PoseStamped,
     PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance,

@@ -3,7 +3,7 @@
 //! A message is declared once, by `ros_message!`; its definition text follows from the field types, so text and coding
 //! cannot drift apart.
 
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Line between a definition and those it uses, as rosbag2 writes it.
 const SEPARATOR: &str = "================================================================================";
@@ -41,6 +41,11 @@ pub trait Ros2Message: Field + Serialize + DeserializeOwned {
     }
 }
 
+/// Eight bits without a meaning as a number: `byte` in a definition, which ROS tools tell from `uint8`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Byte(pub u8);
+
 macro_rules! primitive {
     ($($rust:ty => $ros:literal),+ $(,)?) => {
         $(impl Field for $rust {
@@ -50,7 +55,7 @@ macro_rules! primitive {
 }
 
 primitive!(
-    bool => "bool", u8 => "uint8", i32 => "int32", u32 => "uint32", f32 => "float32", f64 => "float64",
+    bool => "bool", Byte => "byte", u8 => "uint8", i32 => "int32", u32 => "uint32", f32 => "float32", f64 => "float64",
     String => "string",
     // serde has no arrays of 36; nested rows have the same bytes.
     [[f64; 6]; 6] => "float64[36]",
