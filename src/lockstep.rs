@@ -104,10 +104,8 @@ fn keep(record: &mut RunRecord, message: &WireMessage) {
         WireMessage::Goal(message) => record.goals.push(message),
         WireMessage::SafeCommand(message) => record.safe_commands.push(message),
         WireMessage::SourceStatus(message) => record.source_status.push(message),
-        WireMessage::Detections(_)
-        | WireMessage::NominalCommand(_)
-        | WireMessage::Health(_)
-        | WireMessage::Cycle(_) => {}
+        WireMessage::NominalCommand(message) => record.nominal_commands.push(message),
+        WireMessage::Detections(_) | WireMessage::Health(_) | WireMessage::Cycle(_) => {}
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 use barrier::Model;
 use cbf_filter::{SafetyFilter, load_model};
-use messages::{Goal, Obstacles, RobotState, SafeCommand, SourceStatus};
+use messages::{Goal, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus};
 use recording::read_wire;
 use report::{BarrierGrid, Moment, RunRecord, ZeroLevel};
 use settings::Settings;
@@ -18,6 +18,7 @@ const WINDOW_SIDE: usize = 61;
 pub(crate) fn read_record(file: &Path, settings: &Settings, title: String) -> anyhow::Result<RunRecord> {
     let model = load_model(&settings.filter.model)?;
     Ok(RunRecord {
+        nominal_commands: messages_of::<NominalCommand>(file)?,
         safe_commands: messages_of::<SafeCommand>(file)?,
         robot_states: messages_of::<RobotState>(file)?,
         obstacles: messages_of::<Obstacles>(file)?,
@@ -36,6 +37,8 @@ pub(crate) fn empty_record(settings: &Settings, model: &Model, title: String) ->
         robot_radius_m: settings.robot.radius_m,
         filter_period_ns: settings.filter.period_ms * 1_000_000,
         beta_per_m: settings.filter.beta_per_m,
+        shadow: false,
+        nominal_commands: Vec::new(),
         safe_commands: Vec::new(),
         robot_states: Vec::new(),
         obstacles: Vec::new(),

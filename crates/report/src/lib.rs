@@ -5,6 +5,7 @@
 //! * [`Verdict::of`] – did it arrive, did it touch anybody, how often did the filter step in; JSON and terminal text.
 //! * [`html`] – one self-contained page with figures, plots and a playback seen from above.
 //! * [`birds_eye_svg`] – one moment seen from above, as a picture.
+//! * [`commanders`] – which nominal controller commanded when.
 //! * [`explain`] – what the filter did at one time, and because of which obstacle; JSON and terminal text.
 //! * [`trace_zero_levels`] – the set h = 0 in the world frame, from barrier values that the caller computes.
 //! * [`profile_html`] – one self-contained page about where time goes, from the figures of crate `latency`.
@@ -16,6 +17,7 @@
 //! Messages carry the stack clock, ns. Here `…_s` counts seconds since the run began, see [`RunRecord::start_ns`].
 
 mod birds_eye;
+mod commanders;
 mod display;
 mod explain;
 mod explain_display;
@@ -36,6 +38,7 @@ mod words;
 mod zero_level;
 
 pub use birds_eye::birds_eye_svg;
+pub use commanders::{Segment, commanders, controller_name};
 pub use explain::{
     BarrierTerms, Constraint, CriticalObstacle, ExplainError, Explanation, InputAges, Neighbour, explain,
 };

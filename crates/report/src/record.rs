@@ -1,6 +1,6 @@
 //! The messages of one run and what was known at a time.
 
-use messages::{Goal, Obstacles, RobotState, SafeCommand, SourceStatus};
+use messages::{Goal, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus};
 
 /// A finished run in memory: what flowed, in the order it flowed, and the few settings that the figures need.
 ///
@@ -19,6 +19,10 @@ pub struct RunRecord {
     pub filter_period_ns: u64,
     /// Smoothing β of the composite's softmin, 1/m.
     pub beta_per_m: f64,
+    /// Whether the filter only watched: the robot obeyed somebody else, and the commands of the filter were recorded alone.
+    pub shadow: bool,
+    /// Every nominal command.
+    pub nominal_commands: Vec<NominalCommand>,
     /// Every command of the filter.
     pub safe_commands: Vec<SafeCommand>,
     /// Every robot state.

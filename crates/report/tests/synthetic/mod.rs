@@ -110,6 +110,8 @@ pub(crate) fn run(duration_s: f64, people: usize) -> RunRecord {
         robot_radius_m: ROBOT_RADIUS_M,
         filter_period_ns: PERIOD_NS,
         beta_per_m: BETA_PER_M,
+        shadow: false,
+        nominal_commands: Vec::new(),
         safe_commands: Vec::new(),
         robot_states: Vec::new(),
         obstacles: Vec::new(),
