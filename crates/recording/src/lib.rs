@@ -24,7 +24,8 @@ mod wire;
 
 pub use message::{RecordedKind, RecordedMessage};
 pub use reader::{McapReader, OpenError};
-pub use recorder::{RecordError, Recorder, RecorderReport, RecordingInfo};
+pub use recorder::{RecordError, Recorder, RecorderReport, RecordingInfo, SHADOW_KEY};
+pub use recorder::{curve_marker, obstacle_markers};
 pub use refusal::{RefusalCounts, RefusalReason};
 pub use summary::{ChannelSummary, Damage, RecordingSummary};
 pub use wire::{ReadWireError, WIRE_ENCODING, WIRE_TYPE_NOTE, WireMessage, read_wire, wire_topic};

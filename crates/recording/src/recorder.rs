@@ -7,6 +7,8 @@ mod convert;
 mod markers;
 mod writer;
 
+pub use markers::{curve_marker, obstacle_markers};
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,6 +21,9 @@ use writer::Writer;
 
 /// Messages that may wait for the writer: several seconds of a whole stack, about 16 MB.
 const QUEUE_LENGTH: usize = 2048;
+
+/// Key in a recording's metadata record `cncbf` that is there where the filter only watched.
+pub const SHADOW_KEY: &str = "shadow";
 
 /// What a recording says about itself, in its metadata record `cncbf`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

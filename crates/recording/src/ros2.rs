@@ -7,6 +7,7 @@
 mod definition;
 mod autoware_perception_msgs;
 mod builtin_interfaces;
+mod cncbf_msgs;
 mod diagnostic_msgs;
 mod geometry_msgs;
 mod nav_msgs;
@@ -27,6 +28,7 @@ pub use diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry_msgs::{
     Accel, AccelStamped, AccelWithCovariance, Point, Point32, Polygon, Pose, PoseArray, PoseStamped,
     PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance,
+pub use cncbf_msgs::FilterState;
     Vector3,
 };
 pub use nav_msgs::Odometry;

@@ -43,7 +43,7 @@ impl Converter {
             WireMessage::SafeCommand(command) => self.safe_command(command, sink),
             WireMessage::Obstacles(obstacles) => {
                 let header = in_frame(&self.odom_frame, obstacles.stamp.published_ns);
-                let shapes = markers::obstacles(obstacles, &header, self.critical_track_id);
+                let shapes = markers::obstacle_markers(obstacles, &header, self.critical_track_id);
                 sink.put("/cncbf/obstacles", &shapes)
             }
             // Figures of our own; no ROS type says them better than the raw message.

@@ -55,11 +55,12 @@ macro_rules! primitive {
 }
 
 primitive!(
-    bool => "bool", Byte => "byte", u8 => "uint8", i32 => "int32", u32 => "uint32", f32 => "float32", f64 => "float64",
+    bool => "bool", Byte => "byte", u8 => "uint8", i8 => "int8", i32 => "int32", u32 => "uint32", u64 => "uint64",
+    f32 => "float32", f64 => "float64",
     String => "string",
     // serde has no arrays of 36; nested rows have the same bytes.
     [[f64; 6]; 6] => "float64[36]",
-    [u8; 16] => "uint8[16]",
+    [u8; 16] => "uint8[16]", [f64; 2] => "float64[2]",
 );
 
 impl<T: Field> Field for Vec<T> {

@@ -73,8 +73,12 @@ impl Marker {
     pub const ARROW: i32 = 0;
     /// A cylinder.
     pub const CYLINDER: i32 = 3;
+    /// Lines between the first and the second point, the third and the fourth, and so on.
+    pub const LINE_LIST: i32 = 5;
     /// Show or change this marker.
     pub const ADD: i32 = 0;
+    /// Remove this marker.
+    pub const DELETE: i32 = 2;
     /// Remove every marker of the topic.
     pub const DELETE_ALL: i32 = 3;
 }
