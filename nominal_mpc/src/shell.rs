@@ -14,6 +14,8 @@ use crate::{Inputs, NominalController};
 
 /// Runs the nominal controller of stack `instance` until told to stop.
 ///
+/// While somebody else commands, it waits, and takes over once that one has gone.
+///
 /// A goal sent before this process started, or restarted, is heard when its sender sends again: senders repeat goals.
 ///
 /// # Errors
@@ -22,11 +24,17 @@ pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
     let _span = tracing::error_span!("nominal", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Nominal)?;
-    let mut process = NominalProcess::open(settings, &node)?;
+    let began_ns = RealClock.now_ns();
+    let Some(mut process) = NominalProcess::open_when_free(settings, &node, &shutdown)? else {
+        return Ok(());
+    };
     let period_ms = settings.nominal.period_ms;
     tracing::info!(controller = %process.controller.controller(), period_ms, "nominal controller runs");
     let period = Duration::from_millis(period_ms);
-    let pacing = Pacing::timer(RealClock.now_ns() + period_ms * 1_000_000, period);
+    let now_ns = RealClock.now_ns();
+    // Who has waited has heard the robot, and a robot that drives waits for it. Who has not gives the robot a period to speak.
+    let waited = now_ns - began_ns > 2 * period_ms * NS_PER_MS;
+    let pacing = Pacing::timer(if waited { now_ns } else { now_ns + period_ms * NS_PER_MS }, period);
     ProcessLoop::new(&node)?.run(
         &mut process,
         pacing,
@@ -36,6 +44,8 @@ pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
     );
     Ok(())
 }
+
+const NS_PER_MS: u64 = 1_000_000;
 
 /// The nominal controller with its ports.
 pub struct NominalProcess {
@@ -56,11 +66,47 @@ impl NominalProcess {
     /// # Errors
     /// If the controller cannot be set up or a port cannot be opened.
     pub fn open(settings: &Settings, node: &Node) -> anyhow::Result<Self> {
+        let ears = Ears::open(settings, node)?;
+        Ok(ears.with(node.publisher().context("nominal commands")?))
+    }
+
+    /// The same, but waits for the place while somebody else commands; `None` where `shutdown` is requested first.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_when_free(
+        settings: &Settings,
+        node: &Node,
+        shutdown: &Shutdown,
+    ) -> anyhow::Result<Option<Self>> {
+        let ears = Ears::open(settings, node)?;
+        let commands = node.publisher_when_free(|| shutdown.requested()).context("nominal commands")?;
+        Ok(commands.map(|commands| ears.with(commands)))
+    }
+}
+
+/// A controller that hears and cannot speak yet.
+struct Ears {
+    controller: NominalController,
+    robot_states: Subscriber<RobotState>,
+    goals: Subscriber<Goal>,
+}
+
+impl Ears {
+    fn open(settings: &Settings, node: &Node) -> anyhow::Result<Self> {
         Ok(Self {
             controller: NominalController::new(settings)?,
             robot_states: node.subscriber().context("robot states")?,
             goals: node.subscriber().context("goals")?,
-            commands: node.publisher().context("nominal commands")?,
+        })
+    }
+
+    fn with(self, commands: Publisher<NominalCommand>) -> NominalProcess {
+        NominalProcess {
+            controller: self.controller,
+            robot_states: self.robot_states,
+            goals: self.goals,
+            commands,
             notices: Notices::start(|reason| match reason {
                 Reason::None => tracing::info!("nominal commands flow again"),
                 reason => tracing::warn!(%reason, "no nominal command"),
@@ -68,7 +114,7 @@ impl NominalProcess {
             robot_state: None,
             received_ns: 0,
             goal: None,
-        })
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::{path::Path, process::ExitCode};
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let files = match bindings::generate(&root.join("crates/messages/src")) {
+    let files = match bindings::generate(&root) {
         Ok(files) => files,
         Err(error) => {
             eprintln!("error: {error}");

@@ -7,7 +7,7 @@ use std::{
     process::Command,
 };
 
-use bindings::{C_HEADER, PYTHON_MODULE, ReadError, Schema, generate, schema};
+use bindings::{C_HEADER, C_PORTS_HEADER, PYTHON_MODULE, ReadError, Schema, generate, schema};
 use messages::{
     Controller, Cycle, Detections, Goal, Health, MAX_OBSTACLES, Message, NominalCommand, Obstacles,
     RealtimeFlags, Reason, RobotState, SafeCommand, SourceStatus,
@@ -37,7 +37,7 @@ fn succeeds(command: &mut Command) {
 
 #[test]
 fn the_committed_files_are_what_the_generator_writes() {
-    for (path, text) in generate(&sources()).unwrap() {
+    for (path, text) in generate(&root()).unwrap() {
         let committed = std::fs::read_to_string(root().join(path)).unwrap_or_default();
         assert!(committed == text, "{path} is not up to date; run `cargo run -p bindings` and commit");
     }
@@ -151,6 +151,29 @@ fn c_and_cpp_compilers_agree_with_every_offset() {
             "a moved field was not noticed"
         );
     }
+}
+
+#[test]
+fn c_and_cpp_compilers_read_the_header_of_the_ports() {
+    for (compiler, language, standard) in [("cc", "c", "-std=c11"), ("c++", "c++", "-std=c++11")] {
+        if !have(compiler) {
+            continue;
+        }
+        let flags = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-fsyntax-only", "-x", language, standard];
+        let folder = tempfile::tempdir().unwrap();
+        let source = folder.path().join("reads");
+        let uses = "cncbf_result_t send(cncbf_nominal_t *place, const cncbf_nominal_command_t *command);\n\
+            cncbf_result_t send(cncbf_nominal_t *place, const cncbf_nominal_command_t *command)\n\
+            { return cncbf_nominal_send(place, command); }\n";
+        let header = root().join(C_PORTS_HEADER).canonicalize().unwrap();
+        std::fs::write(&source, format!("#include \"{}\"\n{uses}", header.display())).unwrap();
+        succeeds(Command::new(compiler).args(flags).arg(&source));
+    }
+    let text = std::fs::read_to_string(root().join(C_PORTS_HEADER)).unwrap();
+    assert!(
+        text.contains("CNCBF_RESULT_TAKEN") && !text.contains("# Safety") && !text.contains("[`"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -39,6 +39,12 @@ pub enum NodeError {
         /// The refused name.
         instance: String,
     },
+    /// The program's name is unusable.
+    #[error("`{name}` cannot name a program; use 1 to 64 of the characters a-z A-Z 0-9 _ -")]
+    InvalidName {
+        /// The refused name.
+        name: String,
+    },
     /// iceoryx2 could not register the process.
     #[error(
         "cannot join shared memory ({cause}); it takes a user who may write to /dev/shm and to /tmp/iceoryx2. Where that folder is \
@@ -134,10 +140,29 @@ impl Node {
         instance: &str,
         process: ProcessId,
     ) -> Result<Self, NodeError> {
+        Self::join(transport, domain, instance, process, &process.to_string())
+    }
+
+    /// [`Self::open`] for a program that is none of ours and does the work of `process`: others see it as `instance/name`.
+    ///
+    /// # Errors
+    /// [`NodeError::InvalidName`], and as [`Self::open`].
+    pub fn open_as(instance: &str, process: ProcessId, name: &str) -> Result<Self, NodeError> {
+        services::check_instance(name).map_err(|_| NodeError::InvalidName { name: name.to_owned() })?;
+        Self::join(Transport::from_env()?, &Domain::from_env()?, instance, process, name)
+    }
+
+    fn join(
+        transport: Transport,
+        domain: &Domain,
+        instance: &str,
+        process: ProcessId,
+        name: &str,
+    ) -> Result<Self, NodeError> {
         services::check_instance(instance)?;
         let link = match transport {
             Transport::Iceoryx2 => {
-                Link::Iceoryx(iceoryx::Membership::join(domain, &format!("{instance}/{process}"))?)
+                Link::Iceoryx(iceoryx::Membership::join(domain, &format!("{instance}/{name}"))?)
             }
             #[cfg(feature = "dds")]
             Transport::Dds => Link::Dds(Box::new(dds::Participant::join(domain, instance, process)?)),
@@ -169,6 +194,31 @@ impl Node {
             #[cfg(feature = "dds")]
             Link::Dds(participant) => publisher::Link::Dds(Box::new(participant.publisher(&service)?)),
         }))
+    }
+
+    /// [`Self::publisher`] for who follows another writer: waits until the place is free, and asks `give_up` every few
+    /// milliseconds whether to go on. `None` if not.
+    ///
+    /// The place of a writer that was killed is free within a tenth of a second.
+    ///
+    /// # Errors
+    /// As [`Self::publisher`], but never [`NodeError::Taken`].
+    pub fn publisher_when_free<T: Message>(
+        &self,
+        give_up: impl FnMut() -> bool,
+    ) -> Result<Option<Publisher<T>>, NodeError> {
+        let service = services::name::<T>(&self.instance);
+        Ok(match &self.link {
+            Link::Iceoryx(membership) => {
+                let port = membership.publisher_when_free(&service, give_up)?;
+                port.map(|port| Publisher(publisher::Link::Iceoryx(port)))
+            }
+            // Nothing there keeps a second writer out.
+            #[cfg(feature = "dds")]
+            Link::Dds(participant) => {
+                Some(Publisher(publisher::Link::Dds(Box::new(participant.publisher(&service)?))))
+            }
+        })
     }
 
     /// Reads `T`'s service with a short queue: for who wants the newest, or the newest few.

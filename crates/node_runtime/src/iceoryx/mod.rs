@@ -18,7 +18,7 @@ use iceoryx2::{
         listener::ListenerCreateError, notifier::NotifierCreateError, publisher::PublisherCreateError,
         subscriber::SubscriberCreateError,
     },
-    prelude::SignalHandlingMode,
+    prelude::{PortFactory, SignalHandlingMode},
     service::service_name::ServiceName,
 };
 use messages::Message;
@@ -36,6 +36,11 @@ use crate::{Clock, Domain, NodeError, RealClock, clock::nanoseconds, domain::qui
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Pause between two tries.
 const RETRY_PAUSE: Duration = Duration::from_millis(20);
+/// Pause between two looks whether a writer has left. A change of controllers takes no longer than this, the one's farewell and
+/// the other's first command.
+const PLACE_PAUSE: Duration = Duration::from_millis(2);
+/// Pause between two looks whether the writer was killed: each lists every process of the domain.
+const SWEEP_PAUSE: Duration = Duration::from_millis(40);
 
 /// One process' place in a domain of shared memory.
 #[derive(Debug)]
@@ -79,6 +84,35 @@ impl Membership {
             })?;
             Ok(Publisher { port, _watch: self.watch.clone() })
         })
+    }
+
+    /// The place of `service`'s writer once it is free; `None` if `give_up` says so first.
+    pub(crate) fn publisher_when_free<T: Message>(
+        &self,
+        service: &str,
+        mut give_up: impl FnMut() -> bool,
+    ) -> Result<Option<Publisher<T>>, NodeError> {
+        // Kept open, so that a look costs no system call.
+        let factory = self.patiently(service, |name| services::open::<T>(&self.node, name))?;
+        let mut swept_ns = RealClock.now_ns();
+        loop {
+            if factory.dynamic_config().number_of_publishers() < services::max_publishers::<T>() {
+                match self.publisher(service) {
+                    // Another one who waited was faster.
+                    Err(NodeError::Taken { .. }) => {}
+                    other => return other.map(Some),
+                }
+            }
+            if give_up() {
+                return Ok(None);
+            }
+            let now_ns = RealClock.now_ns();
+            if now_ns - swept_ns >= nanoseconds(SWEEP_PAUSE) {
+                swept_ns = now_ns;
+                self.node.try_cleanup_dead_nodes();
+            }
+            std::thread::sleep(PLACE_PAUSE);
+        }
     }
 
     pub(crate) fn subscriber<T: Message>(

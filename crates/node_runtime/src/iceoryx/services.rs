@@ -40,7 +40,7 @@ pub(crate) enum OpenFailure {
 }
 
 /// How many processes may write `T` at a time.
-fn max_publishers<T: Message>() -> usize {
+pub(crate) fn max_publishers<T: Message>() -> usize {
     if [Health::SERVICE, Cycle::SERVICE].contains(&T::SERVICE) { MAX_WRITERS_OF_MANY } else { 1 }
 }
 
