@@ -52,6 +52,7 @@ pub struct BridgeProcess {
     goals: Publisher<Goal>,
     status: Publisher<SourceStatus>,
     estimator: Waker,
+    nominal: Waker,
     notices: Notices,
     status_due_ns: u64,
     /// Why the command sink brakes by itself; [`Reason::None`] while it does not.
@@ -72,6 +73,7 @@ impl BridgeProcess {
             goals: node.publisher().context("goals")?,
             status: node.publisher().context("source status")?,
             estimator: node.waker(ProcessId::Estimator).context("the estimator's wake-up")?,
+            nominal: node.waker(ProcessId::Nominal).context("the nominal controller's wake-up")?,
             notices: Notices::start(|reason| match reason {
                 Reason::None => tracing::info!("the command sink follows the filter again"),
                 reason => tracing::warn!(%reason, "the command sink brakes by itself"),
@@ -87,7 +89,9 @@ impl BridgeProcess {
             BridgeEvent::RobotState(message) => {
                 let mut message = *message;
                 message.stamp.published_ns = published_ns;
-                self.robot_states.send(&message)
+                let sent = self.robot_states.send(&message);
+                self.nominal.wake();
+                sent
             }
             BridgeEvent::Detections(message) => {
                 let mut message = *message;
