@@ -23,12 +23,12 @@ pub use autoware_perception_msgs::{
     ObjectClassification, Shape, TrackedObject, TrackedObjectKinematics, TrackedObjects,
 };
 pub use builtin_interfaces::{Duration, Time};
+pub use cncbf_msgs::FilterState;
 pub use definition::{Byte, Field, Ros2Message};
 pub use diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry_msgs::{
     Accel, AccelStamped, AccelWithCovariance, Point, Point32, Polygon, Pose, PoseArray, PoseStamped,
     PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance,
-pub use cncbf_msgs::FilterState;
     Vector3,
 };
 pub use nav_msgs::Odometry;
