@@ -9,6 +9,11 @@ use messages::{Detection, DetectionFlags, Goal, ObstacleClass, Reason, RobotStat
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use recording::ros2;
 
+mod moving;
+
+pub(crate) use moving::marker;
+pub use moving::{agent, agent_of_hunav1, dynamic_obstacle, object, person};
+
 /// A quaternion this far from unit length is no orientation, but a field that nobody filled in.
 const QUATERNION_TOLERANCE: f64 = 0.1;
 /// Marks identities made of text, so that they cannot meet one that was a number.
@@ -218,9 +223,14 @@ fn label(label: u8) -> ObstacleClass {
     }
 }
 
-fn disc(place: &ros2::Point, odom_from_frame: &Isometry3<f64>, radius_m: f64) -> Result<Detection, Reason> {
-    let centre = odom_from_frame * Point3::new(place.x, place.y, place.z);
-    let position_in_odom_m = [centre.x, centre.y];
+/// A point in `odom`, `[x, y]`, m; not finite if it was not.
+pub(crate) fn place(point: &ros2::Point, odom_from_frame: &Isometry3<f64>) -> [f64; 2] {
+    let found = odom_from_frame * Point3::new(point.x, point.y, point.z);
+    [found.x, found.y]
+}
+
+fn disc(centre: &ros2::Point, odom_from_frame: &Isometry3<f64>, radius_m: f64) -> Result<Detection, Reason> {
+    let position_in_odom_m = place(centre, odom_from_frame);
     if position_in_odom_m.iter().all(|value| value.is_finite()) {
         Ok(Detection { position_in_odom_m, radius_m, ..Detection::zeroed() })
     } else {

@@ -49,6 +49,11 @@ impl Frames {
         self.edges.remove(plain(child));
     }
 
+    /// Forgets where moving frames were: the clock has jumped. Static ones, which nobody says again, remain.
+    pub fn forget_moving(&mut self) {
+        self.edges.values_mut().filter(|edge| !edge.is_static).for_each(|edge| edge.samples.clear());
+    }
+
     /// Forgets measurements before `time_ns`, but of each frame the newest: for who listens without end.
     pub fn forget_before(&mut self, time_ns: u64) {
         for edge in self.edges.values_mut() {
@@ -245,6 +250,9 @@ mod tests {
             "static frames hold at any time"
         );
         assert_eq!(place(&frames, "odom", "base_link", 1_100 * MS), Ok([2.0, 0.0]));
+        frames.forget_moving();
+        assert_eq!(place(&frames, "odom", "base_link", 1_100 * MS), Err(Reason::NoTransform));
+        assert_eq!(place(&frames, "base_link", "laser", 1_100 * MS), Ok([0.5, 0.0]));
         frames.remove("base_link");
         assert_eq!(place(&frames, "odom", "base_link", 1_100 * MS), Err(Reason::NoTransform));
     }

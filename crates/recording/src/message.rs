@@ -5,8 +5,9 @@ use std::sync::Arc;
 use crate::cdr;
 use crate::refusal::RefusalReason;
 use crate::ros2::{
-    AccelStamped, Detection3DArray, Float64, MarkerArray, Odometry, PoseArray, PoseStamped, Ros2Message,
-    TFMessage, TrackedObjects, TwistStamped, wire_signature,
+    AccelStamped, Agents, Clock, Detection3DArray, DiagnosticArray, Float64, MarkerArray, ObjectArray,
+    ObstacleArray, Odometry, Path, People, PoseArray, PoseStamped, Ros2Message, TFMessage, TrackedObjects,
+    Twist, TwistStamped, hunav1, wire_signature,
 };
 use crate::wire::WireMessage;
 
@@ -38,12 +39,14 @@ macro_rules! recorded_kinds {
         pub(crate) enum Codec { $($variant,)+ Wire(String) }
 
         impl Codec {
-            /// The codec of a ROS 2 type, with the definition it reads.
-            fn of_ros2(type_name: &str) -> Option<(Self, String)> {
+            /// The codecs of a ROS 2 type, each with the definition it reads: packages change their messages without renaming
+            /// them, and some are known in several versions.
+            fn of_ros2(type_name: &str) -> Vec<(Self, String)> {
+                let mut codecs = Vec::new();
                 $(if type_name == <$ty>::type_name() || type_name == <$ty>::NAME {
-                    return Some((Self::$variant, <$ty>::definition()));
+                    codecs.push((Self::$variant, <$ty>::definition()));
                 })+
-                None
+                codecs
             }
 
             /// Decodes a message.
@@ -71,10 +74,24 @@ recorded_kinds! {
     Poses(PoseArray),
     /// Who was followed, with identities, shapes and velocities.
     Tracked(TrackedObjects),
+    /// Who was followed, with names and velocities.
+    People(People),
+    /// What a vehicle saw, with shapes and velocities.
+    Objects(ObjectArray),
+    /// Simulated people of HuNavSim 2.
+    Agents(Agents),
+    /// Simulated people of HuNavSim 1.
+    AgentsOfHunav1(hunav1::Agents),
+    /// What Nav2 followed, with extents and velocities.
+    DynamicObstacles(ObstacleArray),
     /// A pose, usually a goal.
     Pose(PoseStamped),
+    /// Poses to follow.
+    Path(Path),
     /// A velocity command.
     Twist(TwistStamped),
+    /// A velocity command that bears no stamp.
+    UnstampedTwist(Twist),
     /// An acceleration command.
     Accel(AccelStamped),
     /// Transforms between frames.
@@ -83,6 +100,10 @@ recorded_kinds! {
     Number(Float64),
     /// Shapes for a viewer.
     Markers(MarkerArray),
+    /// How parts of the robot were.
+    Diagnostics(DiagnosticArray),
+    /// Simulated time.
+    Clock(Clock),
 }
 
 /// How the messages of a wire type are read, or why they are refused.
@@ -101,16 +122,17 @@ pub(crate) fn ros2_codec(
     schema_encoding: &str,
     schema: &[u8],
 ) -> Result<Codec, RefusalReason> {
-    let (codec, ours) = Codec::of_ros2(type_name).ok_or(RefusalReason::UnknownSchema)?;
+    let mut codecs = Codec::of_ros2(type_name);
+    if codecs.is_empty() {
+        return Err(RefusalReason::UnknownSchema);
+    }
     if message_encoding != "cdr" {
         return Err(RefusalReason::UnsupportedEncoding);
     }
     // Other definition languages are not compared; a mismatch then shows when messages do not decode.
     if schema_encoding == "ros2msg" && !schema.is_empty() {
         let theirs = std::str::from_utf8(schema).ok().and_then(|text| wire_signature(type_name, text));
-        if theirs != wire_signature(type_name, &ours) {
-            return Err(RefusalReason::ForeignDefinition);
-        }
+        codecs.retain(|(_, ours)| theirs == wire_signature(type_name, ours));
     }
-    Ok(codec)
+    codecs.into_iter().next().map(|(codec, _)| codec).ok_or(RefusalReason::ForeignDefinition)
 }

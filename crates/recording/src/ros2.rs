@@ -8,10 +8,16 @@ mod definition;
 mod autoware_perception_msgs;
 mod builtin_interfaces;
 mod cncbf_msgs;
+mod derived_object_msgs;
 mod diagnostic_msgs;
 mod geometry_msgs;
+mod hunav_msgs;
+mod nav2_dynamic_msgs;
 mod nav_msgs;
+mod people_msgs;
+mod rosgraph_msgs;
 mod sensor_msgs;
+mod shape_msgs;
 mod signature;
 mod std_msgs;
 mod tf2_msgs;
@@ -25,14 +31,20 @@ pub use autoware_perception_msgs::{
 pub use builtin_interfaces::{Duration, Time};
 pub use cncbf_msgs::FilterState;
 pub use definition::{Byte, Field, Ros2Message};
+pub use derived_object_msgs::{Object, ObjectArray};
 pub use diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 pub use geometry_msgs::{
     Accel, AccelStamped, AccelWithCovariance, Point, Point32, Polygon, Pose, PoseArray, PoseStamped,
     PoseWithCovariance, Quaternion, Transform, TransformStamped, Twist, TwistStamped, TwistWithCovariance,
     Vector3,
 };
-pub use nav_msgs::Odometry;
+pub use hunav_msgs::{Agent, AgentBehavior, Agents, hunav1};
+pub use nav_msgs::{Odometry, Path};
+pub use nav2_dynamic_msgs::{Obstacle, ObstacleArray};
+pub use people_msgs::{People, Person};
+pub use rosgraph_msgs::Clock;
 pub use sensor_msgs::CompressedImage;
+pub use shape_msgs::SolidPrimitive;
 pub(crate) use signature::wire_signature;
 pub use std_msgs::{ColorRGBA, Float64, Header};
 pub use tf2_msgs::TFMessage;

@@ -15,6 +15,8 @@ use super::playlist::{Content, Entry, Playlist};
 use super::topics::Topics;
 use crate::decode::{self, RadiusRule};
 use crate::frames::Frames;
+use crate::markers::Markers;
+use crate::obstacle_frames::{ObstacleFrame, Scene, recorded};
 use crate::plausible::plausible;
 
 const NS_PER_MS: u64 = 1_000_000;
@@ -67,11 +69,8 @@ pub(super) fn decode_all(
 fn header(kind: &RecordedKind) -> Option<&Header> {
     match kind {
         RecordedKind::Odometry(message) => Some(&message.header),
-        RecordedKind::Detections(message) => Some(&message.header),
-        RecordedKind::Poses(message) => Some(&message.header),
-        RecordedKind::Tracked(message) => Some(&message.header),
         RecordedKind::Pose(message) => Some(&message.header),
-        _ => None,
+        other => recorded(other)?.header(),
     }
 }
 
@@ -81,6 +80,7 @@ struct Intake<'a> {
     radius: RadiusRule,
     clock: ClockOffset,
     frames: Frames,
+    markers: Markers,
     /// Whether frames of which nothing is known are taken for `odom`.
     may_assume_odom: bool,
     report: IntakeReport,
@@ -109,6 +109,7 @@ impl<'a> Intake<'a> {
             radius: RadiusRule { default_m: settings.obstacle.radius_m, smallest_m, largest_m },
             clock,
             frames: Frames::new(settings.source.max_transform_age_ms * NS_PER_MS),
+            markers: Markers::default(),
             may_assume_odom: false,
             report,
             entries: Vec::new(),
@@ -166,39 +167,6 @@ impl<'a> Intake<'a> {
                 let odom_from_frame = self.odom_from(&odometry.header, times)?;
                 self.take_state(times, decode::odometry(odometry, &odom_from_frame)?)
             }
-            RecordedKind::Detections(frame) => {
-                let times = self.times(message.log_time_ns, &frame.header);
-                let odom_from_frame = self.odom_from(&frame.header, times)?;
-                let radius = self.radius;
-                let people = frame.detections.iter();
-                self.take_people(
-                    times,
-                    people.map(|item| decode::detection(item, &odom_from_frame, radius)),
-                    0,
-                )
-            }
-            RecordedKind::Poses(frame) => {
-                let times = self.times(message.log_time_ns, &frame.header);
-                let odom_from_frame = self.odom_from(&frame.header, times)?;
-                let radius = self.radius;
-                let people = frame.poses.iter();
-                self.take_people(
-                    times,
-                    people.map(|pose| decode::anonymous(pose, &odom_from_frame, radius)),
-                    0,
-                )
-            }
-            RecordedKind::Tracked(frame) => {
-                let times = self.times(message.log_time_ns, &frame.header);
-                let odom_from_frame = self.odom_from(&frame.header, times)?;
-                let radius = self.radius;
-                let people = frame.objects.iter();
-                self.take_people(
-                    times,
-                    people.map(|object| decode::tracked(object, &odom_from_frame, radius)),
-                    0,
-                )
-            }
             RecordedKind::Pose(pose) => {
                 let times = self.times(message.log_time_ns, &pose.header);
                 let odom_from_frame = self.odom_from(&pose.header, times)?;
@@ -207,12 +175,29 @@ impl<'a> Intake<'a> {
             }
             RecordedKind::Wire(wire) => self.take_wire(message.log_time_ns, wire),
             RecordedKind::Transforms(_) => Ok(()),
-            // No topic of such a type is ever chosen.
-            RecordedKind::Twist(_)
-            | RecordedKind::Accel(_)
-            | RecordedKind::Number(_)
-            | RecordedKind::Markers(_) => Err(Reason::MalformedInput),
+            // No topic of another type is ever chosen.
+            other => self.take_frame(message.log_time_ns, recorded(other).ok_or(Reason::MalformedInput)?),
         }
+    }
+
+    fn take_frame(&mut self, log_time_ns: u64, frame: &dyn ObstacleFrame) -> Result<(), Reason> {
+        let unstamped = Header::default();
+        let times = self.times(log_time_ns, frame.header().unwrap_or(&unstamped));
+        let mut markers = std::mem::take(&mut self.markers);
+        let mut people = Vec::new();
+        let mut scene = Scene {
+            radius: self.radius,
+            place: &mut |header| self.odom_from(header, times),
+            markers: &mut markers,
+            arrival_ns: log_time_ns,
+            people: &mut people,
+            refused: 0,
+        };
+        let decoded = frame.decode(&mut scene);
+        self.report.refused_detections += scene.refused;
+        self.markers = markers;
+        decoded?;
+        self.take_people(times, people.into_iter().map(Ok), 0)
     }
 
     fn take_wire(&mut self, log_time_ns: u64, wire: &WireMessage) -> Result<(), Reason> {

@@ -1,15 +1,13 @@
 //! Which topics of a recording the source listens to.
 
+use recording::ros2::{self, Ros2Message};
 use recording::{ChannelSummary, McapReader, wire_topic};
 use settings::SourceSettings;
 
 use super::error::SourceError;
+use crate::obstacle_frames::recorded_types;
 
 const ODOMETRY: &[&str] = &["nav_msgs/msg/Odometry", "nav_msgs/Odometry"];
-const DETECTIONS: &[&str] = &["vision_msgs/msg/Detection3DArray", "vision_msgs/Detection3DArray"];
-const POSES: &[&str] = &["geometry_msgs/msg/PoseArray", "geometry_msgs/PoseArray"];
-const TRACKED: &[&str] =
-    &["autoware_perception_msgs/msg/TrackedObjects", "autoware_perception_msgs/TrackedObjects"];
 const GOALS: &[&str] = &["geometry_msgs/msg/PoseStamped", "geometry_msgs/PoseStamped"];
 const TRANSFORMS: &[&str] = &["tf2_msgs/msg/TFMessage", "tf2_msgs/TFMessage"];
 
@@ -24,17 +22,19 @@ pub(super) struct Topics {
 
 impl Topics {
     /// Chooses by the settings; where these leave it open, raw messages of this stack before ROS messages, which lose
-    /// velocities and classes, and what knows velocities before what knows identities before mere poses.
+    /// velocities and classes, and what knows velocities before what knows identities before mere poses. Shapes for a viewer
+    /// are taken for obstacles only where the settings name their topic.
     pub(super) fn choose(reader: &McapReader, settings: &SourceSettings) -> Result<Self, SourceError> {
         let choice = Choice { reader };
+        let obstacles = recorded_types();
+        let obstacles: Vec<[&str; 2]> =
+            obstacles.iter().map(|names| names.each_ref().map(String::as_str)).collect();
+        let named: Vec<&[&str]> = obstacles.iter().map(|names| &names[..]).collect();
+        let unasked = || obstacles.iter().filter(|names| !names.contains(&ros2::MarkerArray::NAME));
         let odometry =
             choice.named("source.odometry_topic", &settings.odometry_topic, "odometry", &[ODOMETRY])?;
-        let detections = choice.named(
-            "source.detections_topic",
-            &settings.detections_topic,
-            "detections",
-            &[TRACKED, DETECTIONS, POSES],
-        )?;
+        let detections =
+            choice.named("source.detections_topic", &settings.detections_topic, "detections", &named)?;
         let goal = choice.named("source.goal_topic", &settings.goal_topic, "goals", &[GOALS])?;
         Ok(Self {
             odometry: odometry
@@ -43,11 +43,9 @@ impl Topics {
                 .ok_or_else(|| choice.missing("odometry (nav_msgs/Odometry)"))?,
             detections: detections
                 .or_else(|| choice.wire("detections"))
-                .or_else(|| choice.first(TRACKED))
-                .or_else(|| choice.first(DETECTIONS))
-                .or_else(|| choice.first(POSES))
+                .or_else(|| unasked().find_map(|names| choice.first(names)))
                 .ok_or_else(|| {
-                    choice.missing("detections (TrackedObjects, Detection3DArray or PoseArray)")
+                    choice.missing("detections (Detection3DArray, TrackedObjects, People or the like)")
                 })?,
             goal: goal.or_else(|| choice.wire("goal")).or_else(|| choice.first_goal()),
             transforms: choice.of_types(TRANSFORMS).map(|channel| channel.topic.clone()).collect(),

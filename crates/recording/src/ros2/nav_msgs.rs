@@ -1,6 +1,6 @@
-//! Package `nav_msgs`: odometry.
+//! Package `nav_msgs`: odometry and paths.
 
-use super::{Header, PoseWithCovariance, TwistWithCovariance};
+use super::{Header, PoseStamped, PoseWithCovariance, TwistWithCovariance};
 
 ros_message! {
     /// Pose in `header.frame_id`, velocity in `child_frame_id`.
@@ -13,5 +13,13 @@ ros_message! {
         pose: PoseWithCovariance,
         /// Velocity of the robot.
         twist: TwistWithCovariance,
+    }
+
+    /// Poses to follow, in order.
+    "nav_msgs/Path" Path {
+        /// When, and the frame of the poses.
+        header: Header,
+        /// The poses.
+        poses: Vec<PoseStamped>,
     }
 }

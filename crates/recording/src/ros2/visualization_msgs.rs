@@ -71,6 +71,10 @@ ros_message! {
 impl Marker {
     /// An arrow from the first to the second point.
     pub const ARROW: i32 = 0;
+    /// A box.
+    pub const CUBE: i32 = 1;
+    /// An ellipsoid.
+    pub const SPHERE: i32 = 2;
     /// A cylinder.
     pub const CYLINDER: i32 = 3;
     /// Lines between the first and the second point, the third and the fourth, and so on.
