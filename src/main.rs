@@ -19,6 +19,7 @@ mod solve;
 mod train;
 mod verify;
 mod why;
+mod zero_level;
 
 use std::process::ExitCode;
 

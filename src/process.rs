@@ -12,6 +12,7 @@ use recording::{Recorder, RecordingInfo, WireMessage};
 
 use crate::cli::{BridgeArgs, NominalArgs, ProcessArgs, RecordArgs, Source};
 use crate::common::settings;
+use crate::zero_level::zero_level_of;
 
 /// Process 1.
 pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
@@ -22,7 +23,11 @@ pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
         "--rate and --passes are for recordings; a simulated crowd or a live graph has its own pace"
     );
     let choice = args.source.choice(args.closed_loop, playback);
-    perception_bridge::shell::run(&settings, &args.process.instance, &choice)?;
+    // Made only where somebody is shown it: it takes the filter's model a second time.
+    let markers = settings.source.ros2.as_ref().and_then(|ros2| ros2.markers).unwrap_or(true);
+    let zero_level =
+        (args.source == Source::Ros2 && markers).then(|| zero_level_of(&settings)).transpose()?;
+    perception_bridge::shell::run(&settings, &args.process.instance, &choice, zero_level)?;
     Ok(true)
 }
 

@@ -26,7 +26,7 @@ mod source;
 
 pub use command_sink::{CommandSink, SinkState};
 pub use frames::Frames;
-pub use live::{RosError, RosSource};
+pub use live::{RosError, RosSource, ZeroLevelOf};
 pub use playback::{Playback, PlaybackError};
 pub use recorded::{IntakeReport, McapSource, PlaybackCounts, SourceError};
 pub use simulated_crowd::{SimulatedCrowd, SimulationError};

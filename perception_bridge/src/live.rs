@@ -7,14 +7,21 @@
 //! Not here: simulated time (`/clock`), and any transform that this stack would publish.
 
 mod arrival;
+mod board;
 mod commander;
+mod diagnostics;
 mod environment;
 mod error;
+mod filter_state;
 mod graph;
 mod hand_over;
 mod input;
 mod intake;
+mod outlet;
+mod painter;
 mod reader;
+mod speaker;
+mod watch;
 
 use std::sync::Arc;
 
@@ -23,15 +30,18 @@ use node_runtime::Waker;
 use settings::{RobotKind, Ros2Settings, Settings};
 
 pub use error::RosError;
+pub use painter::ZeroLevelOf;
 
 use crate::command_sink::{CommandSink, SinkState};
 use crate::source::{BridgeEvent, Source};
+use board::SinkBoard;
 use commander::Commander;
 use environment::Environment;
 use graph::Graph;
 use hand_over::{Counters, HandOver, WakerSlot};
 use intake::Intake;
 use reader::Reader;
+use speaker::{Shared, Speaker};
 use std::sync::mpsc::Receiver;
 
 const NS_PER_MS: u64 = 1_000_000;
@@ -45,10 +55,15 @@ pub struct RosSource {
     counters: Arc<Counters>,
     waker: WakerSlot,
     commander: Commander,
+    /// None until the source is told whom it serves.
+    speaker: Option<Speaker>,
     /// Last but the graph: it takes up to a tenth of a second to end.
     _reader: Reader,
-    _graph: Graph,
+    graph: Graph,
+    /// As the graph needs them.
+    settings: Settings,
     sink: CommandSink,
+    sink_board: Arc<SinkBoard>,
     period_ns: u64,
     next_command_ns: u64,
     /// When a command was last given, ns, and which: `[m/s, rad/s]`.
@@ -84,7 +99,10 @@ impl RosSource {
             waker,
             commander,
             _reader: reader,
-            _graph: graph,
+            graph,
+            speaker: None,
+            settings: settings.clone(),
+            sink_board: Arc::new(SinkBoard::new()),
             sink: CommandSink::new(settings),
             period_ns: ros2.command_period_ms * NS_PER_MS,
             next_command_ns: 0,
@@ -105,6 +123,7 @@ impl RosSource {
         let dt_ns = now_ns.saturating_sub(last_ns).min(2 * self.period_ns);
         let control = self.sink.control(now_ns, dt_ns, [speed_mps, 0.0]);
         self.commanded = (now_ns, control);
+        self.sink_board.post(self.sink.state());
         if !self.commander.give(control) {
             self.counters.count_unsent();
         }
@@ -146,6 +165,15 @@ impl RosSource {
 impl Source for RosSource {
     fn wake_with(&mut self, waker: Waker) {
         self.waker.fill(waker);
+    }
+
+    fn serve(&mut self, instance: &str, zero_level: Option<ZeroLevelOf>) {
+        let shared =
+            Shared { sink: Some(Arc::clone(&self.sink_board)), counters: Arc::clone(&self.counters) };
+        let speaker = Speaker::start(&mut self.graph, &self.settings, instance, shared, zero_level);
+        // The robot is safe without: what is not told is in the log and in the recording.
+        self.speaker =
+            speaker.inspect_err(|error| tracing::warn!(%error, "ROS 2 is not told how the stack is")).ok();
     }
 
     fn next_due_ns(&self) -> Option<u64> {

@@ -48,5 +48,5 @@ fn main() -> anyhow::Result<()> {
         None if arguments.ros2 => SourceChoice::Ros2,
         None => SourceChoice::Simulation,
     };
-    shell::run(&Settings::load(&arguments.config)?, &arguments.instance, &choice)
+    shell::run(&Settings::load(&arguments.config)?, &arguments.instance, &choice, None)
 }

@@ -11,6 +11,7 @@ use node_runtime::{
 use settings::Settings;
 
 use crate::command_sink::SinkState;
+use crate::live::ZeroLevelOf;
 use crate::source::{BridgeEvent, Source, open_source};
 
 /// How often the source's status is published, ns.
@@ -25,16 +26,23 @@ pub use crate::source::SourceChoice;
 
 /// Runs the bridge of stack `instance` until told to stop. A source that has ended keeps saying so.
 ///
-/// It wakes when its source has something due, and at once when a command arrives.
+/// It wakes when its source has something due, and at once when a command arrives. `zero_level` draws the barrier where the
+/// source has somebody to show it to.
 ///
 /// # Errors
 /// If the source cannot be opened or a port not be opened; never once the loop runs.
-pub fn run(settings: &Settings, instance: &str, choice: &SourceChoice) -> anyhow::Result<()> {
+pub fn run(
+    settings: &Settings,
+    instance: &str,
+    choice: &SourceChoice,
+    zero_level: Option<ZeroLevelOf>,
+) -> anyhow::Result<()> {
     let _span = tracing::error_span!("bridge", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Bridge)?;
     let mut source = open_source(settings, choice)?;
     source.wake_with(node.waker(ProcessId::Bridge).context("the bridge's own wake-up")?);
+    source.serve(instance, zero_level);
     let mut process = BridgeProcess::open(source, &node)?;
     let wake_up = node.wake_up().context("the bridge's wake-up")?;
     let pacing = Pacing::event(RealClock.now_ns(), LONGEST_WAIT);

@@ -7,7 +7,7 @@ use node_runtime::Waker;
 use settings::Settings;
 
 use crate::command_sink::SinkState;
-use crate::live::{RosError, RosSource};
+use crate::live::{RosError, RosSource, ZeroLevelOf};
 use crate::playback::Playback;
 use crate::recorded::{McapSource, SourceError};
 use crate::simulated_crowd::{SimulatedCrowd, SimulationError};
@@ -77,6 +77,9 @@ pub enum BridgeEvent {
 pub trait Source {
     /// Is given what wakes the caller. A source whose events come at due times alone needs none.
     fn wake_with(&mut self, _waker: Waker) {}
+
+    /// Is told which stack it serves, and what can draw that stack's barrier. Only a source with somebody to tell needs it.
+    fn serve(&mut self, _instance: &str, _zero_level: Option<ZeroLevelOf>) {}
 
     /// When the next event is due; `None` once the source has nothing more to give.
     fn next_due_ns(&self) -> Option<u64>;

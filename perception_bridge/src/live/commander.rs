@@ -5,12 +5,12 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use recording::ros2::{Header, Time, Twist, TwistStamped, Vector3};
-use ros2_client::dds::Publisher;
 use settings::{CommandMessage, Ros2Settings};
 
 use super::arrival::Arrival;
 use super::error::RosError;
 use super::graph::Graph;
+use super::outlet::Outlet;
 
 /// Commands that may wait. More would only be older.
 const PLACES: usize = 2;
@@ -27,8 +27,8 @@ pub(super) struct Commander {
 
 /// The topic, with the type that the settings name.
 enum Port {
-    Plain(Publisher<Twist>),
-    Stamped(Publisher<TwistStamped>),
+    Plain(Outlet<Twist>),
+    Stamped(Outlet<TwistStamped>),
 }
 
 impl Commander {
@@ -88,11 +88,11 @@ impl Port {
             angular: Vector3 { z: yaw_rate_radps, ..Vector3::default() },
         };
         match self {
-            Self::Plain(port) => port.publish(twist).map_err(|error| error.to_string()),
+            Self::Plain(port) => port.publish(twist),
             Self::Stamped(port) => {
                 let header =
                     Header { stamp: Time::from_ns(Arrival::now().wall_ns), frame_id: BASE_FRAME.to_owned() };
-                port.publish(TwistStamped { header, twist }).map_err(|error| error.to_string())
+                port.publish(TwistStamped { header, twist })
             }
         }
     }

@@ -1,16 +1,19 @@
 //! One node in a ROS 2 graph: joins a DDS domain, opens topics with the profiles that ROS 2 has for them.
 
 use std::net::Ipv4Addr;
+use std::sync::Arc;
 
 use recording::ros2::Ros2Message;
-use ros2_client::dds::rustdds::{DomainParticipantBuilder, DomainParticipantStatusListener};
-use ros2_client::dds::{Context, Node, Publisher, Subscription};
+use ros2_client::dds::rustdds::{DomainParticipant, DomainParticipantBuilder, QosPolicies};
+use ros2_client::dds::{Context, Node, Subscription};
 use ros2_client::qos::{Durability, History, QosProfile, Reliability as Delivery, WhenFull};
 use ros2_client::{MessageTypeName, NodeName, NodeOptions};
 use settings::{Reliability, Ros2Settings};
 
+use super::board::{Direction, TopicRecord};
 use super::environment::Environment;
 use super::error::RosError;
+use super::outlet::Outlet;
 
 /// Messages that a subscription keeps until they are looked at.
 const DEPTH: usize = 10;
@@ -30,6 +33,7 @@ pub(super) enum Profile {
 pub(super) struct Graph {
     node: Node,
     context: Context,
+    records: Vec<Arc<TopicRecord>>,
 }
 
 impl Graph {
@@ -48,15 +52,15 @@ impl Graph {
         let node = context
             .new_node(name, NodeOptions::new().enable_rosout(false))
             .map_err(|error| failed(error.to_string()))?;
-        Ok(Self { node, context })
+        Ok(Self { node, context, records: Vec::new() })
     }
 
-    /// Begins to hear `topic`, a full name.
+    /// Begins to hear `topic`, a full name. What is heard there shall be noted in the record.
     pub(super) fn subscribe<M: Ros2Message + 'static>(
         &mut self,
         topic: &str,
         profile: Profile,
-    ) -> Result<Subscription<M>, RosError> {
+    ) -> Result<(Subscription<M>, Arc<TopicRecord>), RosError> {
         let base =
             QosProfile { history: History::KeepLast { depth: DEPTH }, ..QosProfile::subscription_default() };
         let profile = match profile {
@@ -72,11 +76,13 @@ impl Graph {
             .context
             .create_topic(format!("rt{topic}"), type_name::<M>(), &profile)
             .map_err(|error| failed(error.to_string()))?;
-        self.node.create_subscription(&dds_topic, Some(profile)).map_err(|error| failed(error.to_string()))
+        let record = self.record::<M>(topic, Direction::In, &profile);
+        let port = self.node.create_subscription(&dds_topic, Some(profile));
+        Ok((port.map_err(|error| failed(error.to_string()))?, record))
     }
 
     /// Becomes able to speak on `topic`, a full name. Reliable, since drivers ask for that; a publication never waits.
-    pub(super) fn publish<M: Ros2Message>(&mut self, topic: &str) -> Result<Publisher<M>, RosError> {
+    pub(super) fn publish<M: Ros2Message>(&mut self, topic: &str) -> Result<Outlet<M>, RosError> {
         let profile =
             QosProfile { history: History::KeepLast { depth: 1 }, ..QosProfile::publisher_default() }
                 .reliability(Delivery::Reliable { when_full: WhenFull::Fail });
@@ -85,12 +91,30 @@ impl Graph {
             .context
             .create_topic(format!("rt{topic}"), type_name::<M>(), &profile)
             .map_err(|error| failed(error.to_string()))?;
-        self.node.create_publisher(&dds_topic, Some(profile)).map_err(|error| failed(error.to_string()))
+        let record = self.record::<M>(topic, Direction::Out, &profile);
+        let port = self.node.create_publisher(&dds_topic, Some(profile));
+        Ok(Outlet::new(port.map_err(|error| failed(error.to_string()))?, record))
     }
 
-    /// What DDS finds out about others.
-    pub(super) fn events(&self) -> DomainParticipantStatusListener {
-        self.context.domain_participant().status_listener()
+    fn record<M: Ros2Message>(
+        &mut self,
+        topic: &str,
+        direction: Direction,
+        profile: &QosProfile,
+    ) -> Arc<TopicRecord> {
+        let record = Arc::new(TopicRecord::new(topic, M::NAME, direction, QosPolicies::from(profile)));
+        self.records.push(Arc::clone(&record));
+        record
+    }
+
+    /// Every topic opened so far.
+    pub(super) fn records(&self) -> Vec<Arc<TopicRecord>> {
+        self.records.clone()
+    }
+
+    /// What DDS knows of others.
+    pub(super) fn participant(&self) -> DomainParticipant {
+        self.context.domain_participant()
     }
 }
 

@@ -1,19 +1,20 @@
 //! One topic that is listened to: its messages, and what there is to say about it in the log.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use messages::Reason;
 use recording::ros2::Ros2Message;
 use ros2_client::dds::Subscription;
-use ros2_client::dds::rustdds::GUID;
 use ros2_client::dds::rustdds::mio1::{Interest, Registry, Token, event::Source};
 
 use super::arrival::Arrival;
+use super::board::TopicRecord;
 use super::error::RosError;
 use super::graph::{Graph, Profile};
 
-/// A topic that says nothing for this long is named in the log, ns.
-const SILENCE_NS: u64 = 2_000_000_000;
+/// A topic that says nothing for this long is named in the log and in /diagnostics, ns.
+const SILENCE_NS: u64 = 1_500_000_000;
 /// Most messages taken at one look, so that one topic cannot starve the others.
 const READ_LIMIT: usize = 64;
 
@@ -21,6 +22,7 @@ const READ_LIMIT: usize = 64;
 pub(super) struct Input<M> {
     topic: String,
     port: Subscription<M>,
+    record: Arc<TopicRecord>,
     /// When it last said something, or when listening began, stack clock, ns.
     heard_ns: u64,
     is_silent: bool,
@@ -38,10 +40,11 @@ impl<M: Ros2Message + 'static> Input<M> {
         registry: &Registry,
         now_ns: u64,
     ) -> Result<Self, RosError> {
-        let mut port = graph.subscribe(&topic, profile)?;
+        let (mut port, record) = graph.subscribe(&topic, profile)?;
         port.register(registry, Token(0), Interest::READABLE)
             .map_err(|error| RosError::Topic { topic: topic.clone(), cause: error.to_string() })?;
-        Ok(Self { topic, port, heard_ns: now_ns, is_silent: false, refused: BTreeMap::new(), unsaid: false })
+        let refused = BTreeMap::new();
+        Ok(Self { topic, port, record, heard_ns: now_ns, is_silent: false, refused, unsaid: false })
     }
 
     /// Takes what has arrived; `take` says why it refuses a message. Returns how many were refused.
@@ -54,7 +57,9 @@ impl<M: Ros2Message + 'static> Input<M> {
                 Err(_) => Err(Reason::MalformedInput),
             };
             self.heard_ns = Arrival::now().stack_ns;
+            self.record.passed(self.heard_ns);
             if let Err(reason) = taken {
+                self.record.refused(reason);
                 *self.refused.entry(reason).or_default() += 1;
                 self.unsaid = true;
                 refused += 1;
@@ -77,6 +82,7 @@ impl<M: Ros2Message + 'static> Input<M> {
             (true, true) | (false, false) => {}
         }
         self.is_silent = is_silent;
+        self.record.set_silent(is_silent);
         self.tell_refusals();
     }
 
@@ -87,15 +93,5 @@ impl<M: Ros2Message + 'static> Input<M> {
                 tracing::warn!(topic = self.topic, %reason, count, "messages refused so far");
             }
         }
-    }
-
-    /// Whether DDS means this subscription.
-    pub(super) fn is(&self, guid: GUID) -> bool {
-        self.port.guid() == guid
-    }
-
-    /// Its full name.
-    pub(super) fn topic(&self) -> &str {
-        &self.topic
     }
 }

@@ -8,9 +8,6 @@ use std::time::Duration;
 
 use recording::ros2::{Detection3DArray, Odometry, PoseArray, PoseStamped, TFMessage, TrackedObjects};
 use ros2_client::dds::rustdds::mio1::{Events, Poll, Registry};
-use ros2_client::dds::rustdds::{
-    DomainParticipantStatusEvent, DomainParticipantStatusListener, GUID, StatusEvented,
-};
 use settings::{ObstacleMessage, Reliability, Ros2Settings, SourceSettings};
 
 use super::arrival::Arrival;
@@ -24,7 +21,7 @@ use crate::source::BridgeEvent;
 /// Longest sleep, so that the wish to end is heard.
 const LONGEST_WAIT: Duration = Duration::from_millis(100);
 /// How often the log is told what has changed, ns.
-const TELL_PERIOD_NS: u64 = 500_000_000;
+const TELL_PERIOD_NS: u64 = 250_000_000;
 /// Topics that one look can tell of.
 const EVENTS: usize = 16;
 
@@ -46,7 +43,7 @@ impl Reader {
         let failed = |error: io::Error| RosError::Thread { cause: error.to_string() };
         let poll = Poll::new().map_err(failed)?;
         let inputs = Inputs::open(graph, source, ros2, poll.registry())?;
-        let listening = Listening { poll, inputs, intake, hand_over, others: graph.events() };
+        let listening = Listening { poll, inputs, intake, hand_over };
         let stop = Arc::new(AtomicBool::new(false));
         let (stopped, span) = (Arc::clone(&stop), tracing::Span::current());
         let thread = std::thread::Builder::new()
@@ -118,25 +115,6 @@ impl Inputs {
         })
     }
 
-    /// The topic of the subscription that DDS means.
-    fn topic(&self, guid: GUID) -> Option<&str> {
-        let Self { odometry, obstacles, goals, transforms, static_transforms } = self;
-        let obstacles = match obstacles {
-            Obstacles::Boxes(input) => (input.is(guid), input.topic()),
-            Obstacles::Poses(input) => (input.is(guid), input.topic()),
-            Obstacles::Tracks(input) => (input.is(guid), input.topic()),
-        };
-        [
-            (odometry.is(guid), odometry.topic()),
-            obstacles,
-            (goals.is(guid), goals.topic()),
-            (transforms.is(guid), transforms.topic()),
-            (static_transforms.is(guid), static_transforms.topic()),
-        ]
-        .into_iter()
-        .find_map(|(is_it, topic)| is_it.then_some(topic))
-    }
-
     /// Goals may be rare and transforms absent; odometry and obstacles may be neither.
     fn tell(&mut self, now_ns: u64) {
         self.odometry.tell(now_ns);
@@ -157,7 +135,6 @@ struct Listening {
     inputs: Inputs,
     intake: Intake,
     hand_over: HandOver,
-    others: DomainParticipantStatusListener,
 }
 
 impl Listening {
@@ -170,7 +147,6 @@ impl Listening {
                 std::thread::sleep(LONGEST_WAIT);
             }
             self.take();
-            self.hear_of_others();
             let now_ns = Arrival::now().stack_ns;
             if now_ns.saturating_sub(told_ns) >= TELL_PERIOD_NS {
                 told_ns = now_ns;
@@ -200,31 +176,5 @@ impl Listening {
         refused += inputs.goals.drain(|message, at| intake.goal(message, at).map(put));
         let counters = hand_over.counters();
         (0..refused).for_each(|_| counters.count_refused());
-    }
-
-    /// A quality of service that does not fit is an error that nobody sees otherwise.
-    fn hear_of_others(&self) {
-        while let Some(event) = self.others.try_recv_status() {
-            if let DomainParticipantStatusEvent::RemoteWriterQosIncompatible {
-                local_reader,
-                requested_qos,
-                offered_qos,
-                ..
-            } = event
-                && let Some(topic) = self.inputs.topic(local_reader)
-            {
-                let (asked, offered) = (requested_qos.reliability(), offered_qos.reliability());
-                let (asked_durability, offered_durability) =
-                    (requested_qos.durability(), offered_qos.durability());
-                tracing::warn!(
-                    topic,
-                    ?asked,
-                    ?offered,
-                    ?asked_durability,
-                    ?offered_durability,
-                    "a publisher's quality of service does not fit; it is not heard (source.ros2.reliability)"
-                );
-            }
-        }
     }
 }
