@@ -1,14 +1,17 @@
 //! What the command line can say.
 
+mod drive;
+mod kit;
+mod offline;
 mod profile;
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use perception_bridge::{Playback, SourceChoice};
-use settings::ControllerKind;
-use verification::affine::StateBox;
+use clap::{Args, Parser, Subcommand};
 
+pub(crate) use drive::{BridgeArgs, Controller, KernelName, NominalArgs, Rate, ReplayArgs, RunArgs, Source};
+pub(crate) use kit::{CheckControllerArgs, CompareArgs, Contestant, World};
+pub(crate) use offline::{DisturbanceName, NominalName, SolveArgs, TrainArgs, VerifyArgs};
 pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, WaitName};
 
 /// A safety filter for robots among people: composite neural control barrier function, four processes, shared memory.
@@ -20,6 +23,9 @@ pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, Wait
   cncbf                                           drive the demo, then write a report
   cncbf replay drive.mcap --json                  what the filter would have done in a recording
   cncbf replay drive.mcap --lockstep              the same in virtual time, byte for byte repeatable
+  cncbf run --source ros2 --shadow                watch a robot that drives itself: what would the filter have done
+  cncbf check-controller -- python3 mine.py       whether a nominal controller of yours keeps the rules
+  cncbf compare mpc pure_pursuit --on drive.mcap  two nominal controllers behind the same filter
   cncbf profile drive.mcap                        where time goes on this machine
   cncbf why runs/0001/run.mcap 12.5               why it intervened 12.5 s into a run
   cncbf doctor                                    what on this machine would spoil real time
@@ -44,6 +50,10 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// Play a recording through the stack and say where time goes: every hop, every loop, nothing filtered away.
     Profile(ProfileArgs),
+    /// Start a nominal controller of your own against a test bench and say what it does wrong.
+    CheckController(CheckControllerArgs),
+    /// Drive the same way with two nominal controllers behind the same filter and show the figures side by side.
+    Compare(CompareArgs),
     /// Explain one moment of a recording made by `run`, `replay` or `record`.
     Why(WhyArgs),
     /// Compute the value function of a settings file's `[offline]` part.
@@ -86,89 +96,6 @@ fn instance(text: &str) -> Result<String, node_runtime::NodeError> {
     node_runtime::check_instance(text).map(|()| text.to_owned())
 }
 
-/// Options of `run`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Examples:
-  cncbf run
-  cncbf run --config config/ground_robot_paper.toml --seed 3 --people 15
-  cncbf run --source mcap:drive.mcap --duration 20 --report runs/drive
-  ROS_DOMAIN_ID=7 cncbf run --source ros2         drives a robot's /cmd_vel until Ctrl-C")]
-pub(crate) struct RunArgs {
-    /// Settings and name of the stack
-    #[command(flatten)]
-    pub(crate) process: ProcessArgs,
-    /// Where the world comes from: `sim`, `mcap:FILE`, or `ros2`
-    #[arg(long, value_name = "SOURCE", default_value = "sim")]
-    pub(crate) source: Source,
-    /// End after this long, s [default: when the goal is reached or the source ends]
-    #[arg(long, value_name = "S")]
-    pub(crate) duration: Option<f64>,
-    /// Nominal controller; `external` leaves the place to a program of yours [default: nominal.controller]
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub(crate) controller: Option<Controller>,
-    /// Seed of the simulated crowd [default: simulation.seed]
-    #[arg(long)]
-    pub(crate) seed: Option<u64>,
-    /// Number of simulated people [default: simulation.people]
-    #[arg(long, value_name = "N")]
-    pub(crate) people: Option<usize>,
-    /// Where to write the recording [default: DIR/run.mcap]
-    #[arg(long, value_name = "F.mcap")]
-    pub(crate) record: Option<PathBuf>,
-    /// Folder for the report, the logs and the recording [default: the next free runs/NNNN]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) report: Option<PathBuf>,
-    /// Print the figures as JSON on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// Options of `replay`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Examples:
-  cncbf replay drive.mcap                         in real time through the four processes
-  cncbf replay drive.mcap --rate max --json       in virtual time, as fast as possible
-  cncbf replay drive.mcap --lockstep --repeat 2   twice; the commands' SHA-256 must be equal
-  cncbf replay drive.mcap --closed-loop           the recorded people, but a simulated robot that obeys the filter")]
-pub(crate) struct ReplayArgs {
-    /// Recording with odometry and detections
-    #[arg(value_name = "F.mcap")]
-    pub(crate) file: PathBuf,
-    /// Settings and name of the stack
-    #[command(flatten)]
-    pub(crate) process: ProcessArgs,
-    /// Speed as a multiple of real time, or `max`; anything but 1 plays in virtual time (as --lockstep)
-    #[arg(long, value_name = "X|max", default_value = "1")]
-    pub(crate) rate: Rate,
-    /// One process in virtual time: the same file gives the same bytes on every run
-    #[arg(long)]
-    pub(crate) lockstep: bool,
-    /// Replace the recorded robot by a simulated one, so that the filter's commands matter
-    #[arg(long)]
-    pub(crate) closed_loop: bool,
-    /// Nominal controller [default: nominal.controller]
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub(crate) controller: Option<Controller>,
-    /// Force an evaluation kernel [default: filter.kernel]
-    #[arg(long, value_enum)]
-    pub(crate) kernel: Option<KernelName>,
-    /// Play this many times; in lockstep all must give the same bytes
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub(crate) repeat: u32,
-    /// End after this much of the recording, s
-    #[arg(long, value_name = "S")]
-    pub(crate) duration: Option<f64>,
-    /// Write what flowed to this MCAP file
-    #[arg(long, value_name = "F.mcap")]
-    pub(crate) record: Option<PathBuf>,
-    /// Folder for the report [default: the next free runs/NNNN in real time, none in lockstep]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) report: Option<PathBuf>,
-    /// Print the figures as JSON on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
 /// Options of `why`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
@@ -183,121 +110,6 @@ pub(crate) struct WhyArgs {
     /// Print as JSON
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Options of `solve`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
-  cncbf solve config/ground_robot_paper.toml       writes ground_robot_paper.value.safetensors
-
-Stopped by Ctrl-C or worse, the same command goes on where it was. In Python:
-  safetensors.numpy.load_file(\"ground_robot_paper.value.safetensors\")    value, axis_0 .. axis_3")]
-pub(crate) struct SolveArgs {
-    /// Settings file with an `[offline]` part
-    #[arg(value_name = "CONFIG")]
-    pub(crate) config: PathBuf,
-    /// Where to write the value function [default: NAME.value.safetensors beside where you are]
-    #[arg(long, short, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
-    /// Print the figures as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// Options of `train`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Examples:
-  cncbf train my_robot.toml                        solves, trains, verifies; writes my_robot.safetensors
-  cncbf train my_robot.toml --no-verify            a quick look
-
-Stopped by Ctrl-C or worse, the same command goes on where it was.
-Exit code 1: the model was written, and its verification speaks against it.")]
-pub(crate) struct TrainArgs {
-    /// Settings file with an `[offline]` part
-    #[arg(value_name = "CONFIG")]
-    pub(crate) config: PathBuf,
-    /// Solved value function [default: NAME.value.safetensors; solved if it is missing or of other settings]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) value: Option<PathBuf>,
-    /// Where to write the model [default: NAME.safetensors beside where you are]
-    #[arg(long, short, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
-    /// Leave the verification out; `cncbf verify` does it later
-    #[arg(long)]
-    pub(crate) no_verify: bool,
-    /// Print the figures as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// Options of `verify`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Examples:
-  cncbf verify models/ground_robot.safetensors                 a few minutes
-  cncbf verify my_robot.safetensors --rollouts 0               without the closed loop, seconds
-  cncbf verify my_robot.safetensors --value my_robot.value.safetensors --json
-  cncbf verify my_robot.safetensors --rollouts 0 --prove 0.8:2,-1:1,-0.5:0.5,0:1 --epsilon 0.25 --minutes 5
-
-Exit code 1: something was found that speaks against the model.")]
-pub(crate) struct VerifyArgs {
-    /// Model file
-    #[arg(value_name = "MODEL")]
-    pub(crate) model: PathBuf,
-    /// Value function of the true game [default: closed form if there is one, else solved anew]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) value: Option<PathBuf>,
-    /// Gain alpha of the CBF condition, 1/s
-    #[arg(long, value_name = "1/S", default_value_t = 4.0)]
-    pub(crate) alpha: f64,
-    /// Rollouts of the scenario certificate; 0 leaves it out
-    #[arg(long, value_name = "N", default_value_t = verification::STANDARD_ROLLOUTS)]
-    pub(crate) rollouts: usize,
-    /// What the robot would do alone in the rollouts
-    #[arg(long, value_enum, value_name = "POLICY", default_value_t = NominalName::TowardObstacle)]
-    pub(crate) nominal: NominalName,
-    /// What the obstacle does in the rollouts
-    #[arg(long, value_enum, value_name = "POLICY", default_value_t = DisturbanceName::LowersBarrier)]
-    pub(crate) disturbance: DisturbanceName,
-    /// Length of a rollout, s
-    #[arg(long, value_name = "S", default_value_t = 5.0)]
-    pub(crate) horizon: f64,
-    /// Filter period in the rollouts, s
-    #[arg(long, value_name = "S", default_value_t = 0.004)]
-    pub(crate) period: f64,
-    /// Weight of the squared slack in the rollouts' QP
-    #[arg(long, value_name = "W", default_value_t = 1e6)]
-    pub(crate) slack_weight: f64,
-    /// Seed of everything random
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Prove the CBF condition on this box of relative states, one MIN:MAX for each of the four axes
-    #[arg(long, value_name = "BOX", value_parser = state_box, allow_hyphen_values = true)]
-    pub(crate) prove: Option<StateBox>,
-    /// How far the condition may be missed by: C >= -epsilon is to be proven, m/s
-    #[arg(long, value_name = "M/S", default_value_t = 0.25, requires = "prove")]
-    pub(crate) epsilon: f64,
-    /// Longest search for a proof, min; the same command goes on where it ended
-    #[arg(long, value_name = "MIN", default_value_t = 5.0, requires = "prove")]
-    pub(crate) minutes: f64,
-    /// Where to write the model with its verification [default: in place]
-    #[arg(long, short, value_name = "FILE")]
-    pub(crate) output: Option<PathBuf>,
-    /// Print the model's metadata as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// Four ranges with colons and commas, such as `0.8:2,-1:1,-0.5:0.5,0:1`.
-fn state_box(text: &str) -> Result<StateBox, String> {
-    let range = |range: &str| {
-        let (min, max) = range.split_once(':')?;
-        Some([min.trim().parse().ok()?, max.trim().parse().ok()?])
-    };
-    let ranges: Option<Vec<[f64; 2]>> = text.split(',').map(range).collect();
-    match ranges.as_deref() {
-        Some(&[a, b, c, d]) => Ok(StateBox { min: [a[0], b[0], c[0], d[0]], max: [a[1], b[1], c[1], d[1]] }),
-        _ => Err("four ranges are needed, such as 0.8:2,-1:1,-0.5:0.5,0:1".to_owned()),
-    }
 }
 
 /// Options of `inspect`.
@@ -356,39 +168,6 @@ pub(crate) struct DoctorArgs {
     pub(crate) json: bool,
 }
 
-/// Options of `bridge`.
-#[derive(Debug, Clone, Args)]
-pub(crate) struct BridgeArgs {
-    /// Settings and name of the stack
-    #[command(flatten)]
-    pub(crate) process: ProcessArgs,
-    /// Where the world comes from: `sim`, `mcap:FILE`, or `ros2`
-    #[arg(long, value_name = "SOURCE", default_value = "sim")]
-    pub(crate) source: Source,
-    /// Replace a recording's robot by a simulated one that obeys the filter
-    #[arg(long)]
-    pub(crate) closed_loop: bool,
-    /// Play a recording this many times as fast; speeds seen by the filter change, so that only the timing means anything
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
-    pub(crate) rate: f64,
-    /// Play a recording this many times in a row
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub(crate) passes: u32,
-}
-
-/// Options of `nominal`.
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "Example:
-  cncbf nominal --controller pure_pursuit          takes the place beside `cncbf run --controller external`")]
-pub(crate) struct NominalArgs {
-    /// Settings and name of the stack
-    #[command(flatten)]
-    pub(crate) process: ProcessArgs,
-    /// Nominal controller [default: nominal.controller]
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub(crate) controller: Option<Controller>,
-}
-
 /// Options of `record`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
@@ -400,132 +179,8 @@ pub(crate) struct RecordArgs {
     /// Settings and name of the stack
     #[command(flatten)]
     pub(crate) process: ProcessArgs,
+    /// Note in the recording that the filter only watched
+    #[arg(long)]
+    pub(crate) shadow: bool,
 }
 
-/// Where the bridge takes the world from.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Source {
-    /// The simulated crowd.
-    Sim,
-    /// A recording.
-    Mcap(PathBuf),
-    /// The live ROS 2 graph that the environment names.
-    Ros2,
-}
-
-impl Source {
-    /// What the bridge is told.
-    pub(crate) fn choice(&self, closed_loop: bool, playback: Playback) -> SourceChoice {
-        match self {
-            Self::Sim => SourceChoice::Simulation,
-            Self::Mcap(file) => SourceChoice::Mcap { file: file.clone(), closed_loop, playback },
-            Self::Ros2 => SourceChoice::Ros2,
-        }
-    }
-}
-
-impl std::str::FromStr for Source {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once(':') {
-            None if text == "sim" => Ok(Self::Sim),
-            None if text == "ros2" => Ok(Self::Ros2),
-            Some(("mcap", file)) if !file.is_empty() => Ok(Self::Mcap(PathBuf::from(file))),
-            _ => Err(format!("unknown source `{text}`; use `sim`, `mcap:FILE` or `ros2`")),
-        }
-    }
-}
-
-impl std::fmt::Display for Source {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Sim => f.write_str("sim"),
-            Self::Mcap(file) => write!(f, "mcap:{}", file.display()),
-            Self::Ros2 => f.write_str("ros2"),
-        }
-    }
-}
-
-/// Speed of a replay.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Rate {
-    /// A multiple of real time.
-    Times(f64),
-    /// As fast as possible.
-    Max,
-}
-
-impl std::str::FromStr for Rate {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "max" {
-            return Ok(Self::Max);
-        }
-        match text.parse::<f64>() {
-            Ok(rate) if rate.is_finite() && rate > 0.0 => Ok(Self::Times(rate)),
-            _ => Err(format!("`{text}` is no rate; use a number > 0 such as 0.5 or 4, or `max`")),
-        }
-    }
-}
-
-/// Nominal controllers by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Controller {
-    /// Model-predictive controller of the unicycle
-    Mpc,
-    /// Linear-quadratic regulator of the double integrator
-    Lqr,
-    /// Keeps still
-    Hold,
-    /// Pure pursuit of the goal by the unicycle
-    #[value(name = "pure_pursuit", alias = "pure-pursuit")]
-    PurePursuit,
-    /// None of these: a program of somebody else's takes the place
-    External,
-}
-
-impl Controller {
-    /// The same in settings.
-    pub(crate) const fn kind(self) -> ControllerKind {
-        match self {
-            Self::Mpc => ControllerKind::Mpc,
-            Self::Lqr => ControllerKind::Lqr,
-            Self::Hold => ControllerKind::Hold,
-            Self::PurePursuit => ControllerKind::PurePursuit,
-            Self::External => ControllerKind::External,
-        }
-    }
-}
-
-/// Nominal policies of `verify`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum NominalName {
-    /// Drives at the obstacle as fast as it can
-    TowardObstacle,
-    /// Does what lowers the barrier most
-    LowersBarrier,
-    /// Another random control now and then
-    Random,
-}
-
-/// Disturbance policies of `verify`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DisturbanceName {
-    /// Does what lowers the barrier most
-    LowersBarrier,
-    /// Another random input now and then
-    Random,
-    /// Goes straight on
-    Zero,
-}
-
-/// Evaluation kernels by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum KernelName {
-    /// Runs everywhere
-    Portable,
-    /// x86-64 with AVX2 and FMA
-    Avx2Fma,
-    /// x86-64 with AVX-512
-    Avx512,
-}

@@ -1,17 +1,17 @@
-//! A recording through the stack in one process and virtual time.
+//! A recording or a simulated crowd through the stack in one process and virtual time.
 
+use std::path::Path;
 use std::time::Duration;
 
 use cbf_filter::load_model;
 use evaluation::{START_NS, VirtualStack};
 use node_runtime::{Clock, RealClock};
-use perception_bridge::{Playback, SourceChoice, open_source};
+use perception_bridge::{SourceChoice, open_source};
 use recording::{Recorder, WireMessage};
 use report::RunRecord;
 use settings::Settings;
 use sha2::{Digest, Sha256};
 
-use crate::cli::{Rate, ReplayArgs};
 use crate::outcome::empty_record;
 use crate::process::recording_info;
 use crate::progress::Bar;
@@ -19,7 +19,7 @@ use crate::progress::Bar;
 /// How often the source's status enters the record, ns.
 const STATUS_PERIOD_NS: u64 = 100_000_000;
 
-/// What came of one replay.
+/// What came of it.
 pub(crate) struct Replayed {
     /// Everything that flowed.
     pub(crate) record: RunRecord,
@@ -31,24 +31,34 @@ pub(crate) struct Replayed {
     pub(crate) speed: f64,
 }
 
-/// Replays once; writes the recording if `recording` and the arguments ask for it.
-pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) -> anyhow::Result<Replayed> {
-    let choice = SourceChoice::Mcap {
-        file: args.file.clone(),
-        closed_loop: args.closed_loop,
-        playback: Playback::AS_RECORDED,
-    };
+/// What is played.
+pub(crate) struct Play<'a> {
+    /// Where the world comes from.
+    pub(crate) source: SourceChoice,
+    /// Heading of the record.
+    pub(crate) title: String,
+    /// File to record into.
+    pub(crate) record: Option<&'a Path>,
+    /// Virtual seconds per second; as fast as possible without it.
+    pub(crate) rate: Option<f64>,
+    /// Whether it ends when the goal is reached.
+    pub(crate) ends_at_goal: bool,
+    /// Longest duration, virtual s.
+    pub(crate) duration_s: Option<f64>,
+}
+
+/// Plays once.
+pub(crate) fn play(plan: &Play<'_>, settings: &Settings) -> anyhow::Result<Replayed> {
     let model = load_model(&settings.filter.model)?;
-    let mut stack = VirtualStack::new(settings, &model, open_source(settings, &choice)?)?;
-    let mut recorder = match args.record.as_ref().filter(|_| recording) {
+    let mut stack = VirtualStack::new(settings, &model, open_source(settings, &plan.source)?)?;
+    let mut recorder = match plan.record {
         Some(file) => Some(Recorder::create(file, recording_info(settings)?)?),
         None => None,
     };
-    let mut record =
-        empty_record(settings, &model, format!("cncbf replay --lockstep: {}", args.file.display()))?;
+    let mut record = empty_record(settings, &model, plan.title.clone())?;
     let mut digest = Sha256::new();
-    let pace = Pace::new(args);
-    let bar = Bar::new("replaying", 1000);
+    let pace = Pace { began_ns: RealClock.now_ns(), rate: plan.rate };
+    let bar = Bar::new("playing", 1000);
     let mut status_due_ns = START_NS;
     loop {
         let command = stack.cycle(&mut |now_ns, message| {
@@ -70,10 +80,10 @@ pub(crate) fn replay(args: &ReplayArgs, settings: &Settings, recording: bool) ->
             bar.set(status.elapsed_ns * 1000 / status.total_ns.max(1), String::new);
         }
         pace.wait(now_ns);
-        if args.duration.is_some_and(|limit_s| (now_ns - START_NS) as f64 * 1e-9 >= limit_s) {
+        if plan.duration_s.is_some_and(|limit_s| (now_ns - START_NS) as f64 * 1e-9 >= limit_s) {
             break;
         }
-        if args.closed_loop && stack.status().goal_reached != 0 {
+        if plan.ends_at_goal && stack.status().goal_reached != 0 {
             break;
         }
     }
@@ -116,14 +126,6 @@ struct Pace {
 }
 
 impl Pace {
-    fn new(args: &ReplayArgs) -> Self {
-        let rate = match args.rate {
-            Rate::Times(rate) if !args.lockstep || rate != 1.0 => Some(rate),
-            Rate::Times(_) | Rate::Max => None,
-        };
-        Self { began_ns: RealClock.now_ns(), rate }
-    }
-
     fn wait(&self, virtual_ns: u64) {
         let Some(rate) = self.rate else { return };
         let due_ns = self.began_ns + ((virtual_ns - START_NS) as f64 / rate) as u64;

@@ -1,7 +1,9 @@
 //! The `cncbf` command: parses arguments and hands over. One file per subcommand; no logic of its own.
 
+mod check_controller;
 mod cli;
 mod common;
+mod compare;
 mod doctor;
 mod inspect;
 mod inspect_plot;
@@ -34,6 +36,8 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Profile(args) => profile::profile(&args),
+        Command::CheckController(args) => check_controller::check_controller(&args),
+        Command::Compare(args) => compare::compare(&args),
         Command::Why(args) => why::why(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Train(args) => train::train(&args),

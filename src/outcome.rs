@@ -6,7 +6,7 @@ use anyhow::Context;
 use barrier::Model;
 use cbf_filter::{SafetyFilter, load_model};
 use messages::{Goal, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus};
-use recording::read_wire;
+use recording::{McapReader, SHADOW_KEY, read_wire};
 use report::{BarrierGrid, Moment, RunRecord, ZeroLevel};
 use settings::Settings;
 
@@ -17,7 +17,9 @@ const WINDOW_SIDE: usize = 61;
 /// Reads a recording back as the record of a run.
 pub(crate) fn read_record(file: &Path, settings: &Settings, title: String) -> anyhow::Result<RunRecord> {
     let model = load_model(&settings.filter.model)?;
+    let notes = McapReader::open(file)?.summary().metadata.get("cncbf").cloned().unwrap_or_default();
     Ok(RunRecord {
+        shadow: notes.contains_key(SHADOW_KEY),
         nominal_commands: messages_of::<NominalCommand>(file)?,
         safe_commands: messages_of::<SafeCommand>(file)?,
         robot_states: messages_of::<RobotState>(file)?,

@@ -22,7 +22,7 @@ pub(crate) fn bridge(args: &BridgeArgs) -> anyhow::Result<bool> {
         matches!(args.source, Source::Mcap(_)) || playback == Playback::AS_RECORDED,
         "--rate and --passes are for recordings; a simulated crowd or a live graph has its own pace"
     );
-    let choice = args.source.choice(args.closed_loop, playback);
+    let choice = args.source.choice(args.closed_loop, playback, args.shadow);
     // Made only where somebody is shown it: it takes the filter's model a second time.
     let markers = settings.source.ros2.as_ref().and_then(|ros2| ros2.markers).unwrap_or(true);
     let zero_level =
@@ -73,7 +73,8 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<bool> {
     let mut source_status = node.subscriber_all::<SourceStatus>()?;
     let mut health = node.subscriber_all::<Health>()?;
     let mut cycles = node.subscriber_all::<Cycle>()?;
-    let mut recorder = Recorder::create(&args.file, recording_info(&settings)?)?;
+    let mut recorder =
+        Recorder::create(&args.file, RecordingInfo { shadow: args.shadow, ..recording_info(&settings)? })?;
     loop {
         // Looked at before the queues are emptied: what was sent before the wish to stop is still written.
         let last = shutdown.requested();
@@ -118,6 +119,7 @@ pub(crate) fn recording_info(settings: &settings::Settings) -> anyhow::Result<Re
         version: env!("CARGO_PKG_VERSION").to_owned(),
         kernel: cbf_filter::chosen_kernel(settings.filter.kernel).name().to_owned(),
         settings: settings.to_toml()?,
+        shadow: false,
         odom_frame: settings.source.odom_frame.clone(),
         base_frame: BASE_FRAME.to_owned(),
     })

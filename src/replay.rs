@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use messages::Reason;
-use perception_bridge::{IntakeReport, McapSource};
+use perception_bridge::{IntakeReport, McapSource, Playback, SourceChoice};
 use report::Verdict;
 use serde::Serialize;
 use settings::{KernelChoice, Settings};
 
 use crate::cli::{KernelName, Rate, ReplayArgs, Source};
 use crate::common::settings;
+use crate::lockstep::Play;
 use crate::outcome::{print_figures, write_report};
 use crate::run::Live;
 use crate::{lockstep, run_folder};
@@ -74,7 +75,22 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<bool> {
 fn in_lockstep(args: &ReplayArgs, settings: &Settings, intake: Intake) -> anyhow::Result<bool> {
     let mut first: Option<lockstep::Replayed> = None;
     for _ in 0..args.repeat {
-        let replayed = lockstep::replay(args, settings, first.is_none())?;
+        let plan = Play {
+            source: SourceChoice::Mcap {
+                file: args.file.clone(),
+                closed_loop: args.closed_loop,
+                playback: Playback::AS_RECORDED,
+            },
+            title: format!("cncbf replay --lockstep: {}", args.file.display()),
+            record: args.record.as_deref().filter(|_| first.is_none()),
+            rate: match args.rate {
+                Rate::Times(rate) if !args.lockstep || rate != 1.0 => Some(rate),
+                Rate::Times(_) | Rate::Max => None,
+            },
+            ends_at_goal: args.closed_loop,
+            duration_s: args.duration,
+        };
+        let replayed = lockstep::play(&plan, settings)?;
         if let Some(first) = &first {
             if first.commands_sha256 != replayed.commands_sha256 {
                 eprintln!(
@@ -111,6 +127,7 @@ fn in_real_time(args: &ReplayArgs, settings: &Settings, intake: &Intake) -> anyh
             instance: &args.process.instance,
             source: &Source::Mcap(args.file.clone()),
             closed_loop: args.closed_loop,
+            shadow: false,
             duration_s: args.duration,
             record: args.record.as_deref(),
             report: args.report.as_deref(),

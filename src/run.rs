@@ -1,8 +1,8 @@
 //! `cncbf run`: the whole stack on this machine, to its goal, then a verdict and a report.
 
 use perception_bridge::Playback;
-use report::{Outcome, Verdict};
-use settings::Settings;
+use report::{Outcome, RunRecord, Verdict};
+use settings::{ControllerKind, Ros2Settings, Settings};
 
 use crate::cli::{RunArgs, Source};
 use crate::common::settings;
@@ -10,7 +10,8 @@ use crate::outcome::{print_figures, read_record, write_report};
 use crate::run_folder;
 use crate::session::{SessionEnd, SessionPlan, run_stack};
 
-/// Runs the stack. Success means: the goal was reached and nobody was touched; for a recording, that it was played.
+/// Runs the stack. Success means: the goal was reached and nobody was touched; for a recording, and where the filter only
+/// watches, that it was played.
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     let mut settings = settings(&args.process)?;
     if let Some(seed) = args.seed {
@@ -22,18 +23,25 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     if let Some(people) = args.people {
         settings.simulation.people = people;
     }
-    let title = match &args.source {
+    if args.shadow {
+        hear_the_robots_own_commands(&mut settings, args)?;
+    }
+    let mut title = match &args.source {
         Source::Sim => {
             format!("cncbf run: {} people, seed {}", settings.simulation.people, settings.simulation.seed)
         }
         Source::Mcap(file) => format!("cncbf run: {}", file.display()),
         Source::Ros2 => "cncbf run: live ROS 2 graph".to_owned(),
     };
+    if args.shadow {
+        title.push_str(" (shadow)");
+    }
     let live = Live {
         settings: &settings,
         instance: &args.process.instance,
         source: &args.source,
         closed_loop: false,
+        shadow: args.shadow,
         duration_s: args.duration,
         record: args.record.as_deref(),
         report: args.report.as_deref(),
@@ -45,9 +53,31 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         eprintln!("interrupted; the figures are of what was driven until then");
     }
     Ok(match args.source {
-        Source::Sim | Source::Ros2 => verdict.outcome == Outcome::Reached,
-        Source::Mcap(_) => !end.interrupted,
+        // A live graph has no end of its own.
+        Source::Ros2 if args.shadow => true,
+        Source::Sim | Source::Ros2 if !args.shadow => verdict.outcome == Outcome::Reached,
+        Source::Sim | Source::Ros2 | Source::Mcap(_) => !end.interrupted,
     })
+}
+
+/// Where a live robot drives itself, its commands are the nominal ones, unless the settings name others or the arguments a
+/// controller.
+fn hear_the_robots_own_commands(settings: &mut Settings, args: &RunArgs) -> anyhow::Result<()> {
+    match args.source {
+        Source::Sim | Source::Mcap(_) => return Ok(()),
+        Source::Ros2 => {}
+    }
+    let ros2 = settings.source.ros2.get_or_insert_with(Ros2Settings::customary);
+    if args.controller.is_some_and(|controller| controller.kind() != ControllerKind::External) {
+        ros2.nominal_topic = None;
+        return Ok(());
+    }
+    if ros2.nominal_topic.is_none() && args.controller.is_none() {
+        ros2.nominal_topic = Some(ros2.command_topic.clone());
+        ros2.nominal = Some(ros2.command);
+        settings.use_controller(ControllerKind::External)?;
+    }
+    Ok(())
 }
 
 /// A live stack with everything that comes after it.
@@ -56,6 +86,7 @@ pub(crate) struct Live<'a> {
     pub(crate) instance: &'a str,
     pub(crate) source: &'a Source,
     pub(crate) closed_loop: bool,
+    pub(crate) shadow: bool,
     pub(crate) duration_s: Option<f64>,
     pub(crate) record: Option<&'a std::path::Path>,
     pub(crate) report: Option<&'a std::path::Path>,
@@ -65,6 +96,12 @@ pub(crate) struct Live<'a> {
 impl Live<'_> {
     /// Runs the stack to its end, judges it, writes the report.
     pub(crate) fn run(&self) -> anyhow::Result<(Verdict, SessionEnd)> {
+        let (record, end) = self.drive()?;
+        Ok((Verdict::of(&record), end))
+    }
+
+    /// Runs the stack to its end and writes the report; what flowed is read back from the recording.
+    pub(crate) fn drive(&self) -> anyhow::Result<(RunRecord, SessionEnd)> {
         // A model that does not fit is refused here, before five processes refuse it one by one.
         let model = cbf_filter::load_model(&self.settings.filter.model)?;
         cbf_filter::SafetyFilter::new(self.settings, &model)?;
@@ -78,6 +115,7 @@ impl Live<'_> {
             instance: self.instance,
             source: self.source,
             closed_loop: self.closed_loop,
+            shadow: self.shadow,
             playback: Playback::AS_RECORDED,
             env: Vec::new(),
             heading: String::new(),
@@ -87,13 +125,12 @@ impl Live<'_> {
         };
         let end = run_stack(&plan, &mut |_, _| Ok(()))?;
         let record = read_record(&recording, self.settings, self.title.clone())?;
-        let verdict = Verdict::of(&record);
         write_report(&record, self.settings, &folder)?;
         if end.crashes > 0 {
             eprintln!("{} processes ended unexpectedly; see the logs in {}", end.crashes, folder.display());
         }
         eprintln!("recording  {}", recording.display());
         eprintln!("report     {}", folder.join("report.html").display());
-        Ok((verdict, end))
+        Ok((record, end))
     }
 }

@@ -44,6 +44,8 @@ pub(crate) struct SessionPlan<'a> {
     pub(crate) source: &'a Source,
     /// Whether a recording's robot is replaced by a simulated one.
     pub(crate) closed_loop: bool,
+    /// Whether the filter only watches.
+    pub(crate) shadow: bool,
     /// How fast and how often a recording is played.
     pub(crate) playback: Playback,
     /// Variables added to the environment of every process.
@@ -216,10 +218,15 @@ fn children(plan: &SessionPlan<'_>) -> anyhow::Result<Plan> {
     if plan.closed_loop {
         bridge.push("--closed-loop".into());
     }
+    let mut recorder = vec![plan.recording.clone().into_os_string()];
+    if plan.shadow {
+        bridge.push("--shadow".into());
+        recorder.push("--shadow".into());
+    }
     bridge.extend(["--rate".into(), plan.playback.rate().to_string().into()]);
     bridge.extend(["--passes".into(), plan.playback.passes().to_string().into()]);
     let mut children = vec![
-        child(ProcessId::Recorder, "record", vec![plan.recording.clone().into_os_string()]),
+        child(ProcessId::Recorder, "record", recorder),
         child(ProcessId::Filter, "filter", Vec::new()),
         child(ProcessId::Estimator, "estimator", Vec::new()),
         child(ProcessId::Nominal, "nominal", Vec::new()),

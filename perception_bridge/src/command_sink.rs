@@ -1,6 +1,7 @@
-//! The last link before the motors: applies the newest safe command, or brakes when none comes.
+//! The last link before the motors: applies the newest safe command, or brakes when none comes. For a simulated robot whose filter
+//! only watches it applies the nominal command instead.
 
-use messages::{ControlKind, Reason, SafeCommand};
+use messages::{ControlKind, Reason, SafeCommand, SafetyStatus};
 use settings::{RobotKind, Settings};
 
 /// Filter periods of silence after which the sink brakes by itself.
@@ -19,10 +20,20 @@ pub enum SinkState {
     Braking(Reason),
 }
 
+/// Whom a robot obeys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Obedience {
+    /// The filter: u*.
+    Filter,
+    /// The nominal controller, as if there were no filter: u_nom.
+    Nominal,
+}
+
 /// Holds the newest usable command and knows when it has become too old. Pure: time is passed in.
 #[derive(Debug, Clone)]
 pub struct CommandSink {
     kind: ControlKind,
+    obeys: Obedience,
     silence_ns: u64,
     deceleration_mps2: f64,
     newest: Option<(u64, [f64; 2])>,
@@ -33,9 +44,18 @@ pub struct CommandSink {
 }
 
 impl CommandSink {
-    /// A sink for the robot and filter period of `settings`.
+    /// A sink for the robot and filter period of `settings` that obeys the filter.
     pub fn new(settings: &Settings) -> Self {
+        Self::obeying(settings, Obedience::Filter)
+    }
+
+    /// The same for a robot that obeys `whom`.
+    ///
+    /// Who obeys the nominal controller does what that one wants, whatever the filter says; where the filter had no usable
+    /// nominal command, the robot comes to a halt, and where the filter mistrusted something else, it goes on as it did.
+    pub fn obeying(settings: &Settings, whom: Obedience) -> Self {
         Self {
+            obeys: whom,
             kind: match settings.robot.kind {
                 RobotKind::Unicycle => ControlKind::Unicycle,
                 RobotKind::DoubleIntegrator => ControlKind::DoubleIntegrator,
@@ -60,8 +80,28 @@ impl CommandSink {
             (false, _) => Some(Reason::MalformedInput),
         };
         match self.refused {
-            None => self.newest = Some((command.ledger.filter_published_ns.min(now_ns), command.control)),
+            None => {
+                let made_ns = command.ledger.filter_published_ns.min(now_ns);
+                self.newest = match self.obeys {
+                    Obedience::Filter => Some((made_ns, command.control)),
+                    Obedience::Nominal => self.nominal(command).map(|control| (made_ns, control)),
+                };
+            }
             Some(_) => self.refusals += 1,
+        }
+    }
+
+    /// What the nominal controller wants, as the filter heard it; nothing where it wants a halt or said nothing usable.
+    fn nominal(&self, command: &SafeCommand) -> Option<[f64; 2]> {
+        match SafetyStatus::try_from(command.status) {
+            Ok(SafetyStatus::Filtered | SafetyStatus::Relaxed) => Some(command.nominal),
+            // The filter looks at obstacles last and does not tell u_nom then.
+            Ok(SafetyStatus::Braking | SafetyStatus::Stopped)
+                if Reason::try_from(command.reason).is_ok_and(has_good_nominal) =>
+            {
+                self.newest.map(|(_, control)| control)
+            }
+            Ok(SafetyStatus::Braking | SafetyStatus::Stopped) | Err(_) => None,
         }
     }
 
@@ -105,6 +145,40 @@ impl CommandSink {
             ControlKind::Unicycle => [velocity_mps[0] * slower / speed, 0.0],
             ControlKind::DoubleIntegrator => velocity_mps.map(|v| (v * slower / speed - v) / dt_s),
         }
+    }
+}
+
+/// Whether the nominal controller had spoken and could be believed where the filter brakes for `reason`.
+const fn has_good_nominal(reason: Reason) -> bool {
+    match reason {
+        Reason::NoObstacles
+        | Reason::SilentEstimator
+        | Reason::StaleDetections
+        | Reason::UnsoundObstacle
+        | Reason::BackwardStamp
+        | Reason::NonFiniteBarrier
+        | Reason::SolverFailed => true,
+        Reason::None
+        | Reason::SlackNeeded
+        | Reason::StopRequested
+        | Reason::NoRobotState
+        | Reason::StaleRobotState
+        | Reason::NonFiniteRobotState
+        | Reason::NoNominalCommand
+        | Reason::StaleNominalCommand
+        | Reason::NonFiniteNominalCommand
+        | Reason::WrongControlKind
+        | Reason::NoGoal
+        | Reason::FutureStamp
+        | Reason::ForeignClock
+        | Reason::ClockJump
+        | Reason::SilentFilter
+        | Reason::MalformedInput
+        | Reason::NoTransform
+        | Reason::Duplicate
+        | Reason::Teleport
+        | Reason::CapacityExceeded
+        | Reason::PortFailed => false,
     }
 }
 
@@ -162,6 +236,26 @@ mod tests {
         sink.take(&foreign, 3 * MS);
         sink.control(4 * MS, 10 * MS, [0.7, 0.0]);
         assert_eq!(sink.state(), SinkState::Braking(Reason::WrongControlKind));
+    }
+
+    #[test]
+    fn who_obeys_the_nominal_controller_does_not_brake_for_the_filter() {
+        let text = include_str!("../../config/ground_robot.toml");
+        let settings = Settings::parse(text, "x".as_ref(), ".".as_ref()).expect("shipped settings");
+        let mut sink = CommandSink::obeying(&settings, Obedience::Nominal);
+        let told = |status: SafetyStatus, reason: Reason, nominal: [f64; 2], made_ns: u64| SafeCommand {
+            status: status.code(),
+            reason: reason.code(),
+            nominal,
+            ..command([0.25, 0.8], made_ns)
+        };
+        sink.take(&told(SafetyStatus::Filtered, Reason::None, [1.0, 0.1], MS), MS);
+        assert_eq!(sink.control(2 * MS, 10 * MS, [1.0, 0.0]), [1.0, 0.1]);
+        sink.take(&told(SafetyStatus::Braking, Reason::StaleDetections, [0.0; 2], 30 * MS), 30 * MS);
+        assert_eq!(sink.control(31 * MS, 10 * MS, [1.0, 0.0]), [1.0, 0.1]);
+        sink.take(&told(SafetyStatus::Braking, Reason::StopRequested, [0.0; 2], 40 * MS), 40 * MS);
+        let [speed, yaw_rate] = sink.control(41 * MS, 10 * MS, [1.0, 0.0]);
+        assert!((speed - 0.985).abs() < 1e-12 && yaw_rate == 0.0, "{speed}");
     }
 
     #[test]

@@ -24,10 +24,10 @@ pub mod shell;
 mod simulated_crowd;
 mod source;
 
-pub use command_sink::{CommandSink, SinkState};
+pub use command_sink::{CommandSink, Obedience, SinkState};
 pub use frames::Frames;
 pub use live::{RosError, RosSource, ZeroLevelOf};
 pub use playback::{Playback, PlaybackError};
 pub use recorded::{IntakeReport, McapSource, PlaybackCounts, SourceError};
-pub use simulated_crowd::{SimulatedCrowd, SimulationError};
+pub use simulated_crowd::{SimulatedCrowd, SimulationError, simulated_plant};
 pub use source::{BridgeEvent, OpenSourceError, Source, SourceChoice, open_source};

@@ -54,7 +54,8 @@ pub struct RosSource {
     events: Receiver<BridgeEvent>,
     counters: Arc<Counters>,
     waker: WakerSlot,
-    commander: Commander,
+    /// None where the robot is left alone.
+    commander: Option<Commander>,
     /// None until the source is told whom it serves.
     speaker: Option<Speaker>,
     /// Last but the graph: it takes up to a tenth of a second to end.
@@ -78,18 +79,19 @@ pub struct RosSource {
 }
 
 impl RosSource {
-    /// Joins the graph that the environment names and begins to listen. Commands leave once it is polled.
+    /// Joins the graph that the environment names and begins to listen. Commands leave once it is polled; with `shadow` none ever
+    /// does, and the topic for them is not even opened.
     ///
     /// # Errors
     /// [`RosError`] if the environment or the robot's kind is unusable, or DDS refuses.
-    pub fn open(settings: &Settings) -> Result<Self, RosError> {
+    pub fn open(settings: &Settings, shadow: bool) -> Result<Self, RosError> {
         match settings.robot.kind {
             RobotKind::Unicycle => {}
             RobotKind::DoubleIntegrator => return Err(RosError::TakesAccelerations),
         }
         let ros2 = settings.source.ros2.clone().unwrap_or_else(Ros2Settings::customary);
         let mut graph = Graph::join(&ros2, Environment::read()?)?;
-        let commander = Commander::start(&mut graph, &ros2)?;
+        let commander = if shadow { None } else { Some(Commander::start(&mut graph, &ros2)?) };
         let (hand_over, events) = HandOver::new();
         let (counters, waker) = (hand_over.counters(), hand_over.waker());
         let reader = Reader::start(&mut graph, &settings.source, &ros2, Intake::new(settings), hand_over)?;
@@ -124,7 +126,7 @@ impl RosSource {
         let control = self.sink.control(now_ns, dt_ns, [speed_mps, 0.0]);
         self.commanded = (now_ns, control);
         self.sink_board.post(self.sink.state());
-        if !self.commander.give(control) {
+        if self.commander.as_ref().is_some_and(|commander| !commander.give(control)) {
             self.counters.count_unsent();
         }
         let late_ns = now_ns.saturating_sub(self.next_command_ns);
@@ -168,8 +170,10 @@ impl Source for RosSource {
     }
 
     fn serve(&mut self, instance: &str, zero_level: Option<ZeroLevelOf>) {
-        let shared =
-            Shared { sink: Some(Arc::clone(&self.sink_board)), counters: Arc::clone(&self.counters) };
+        let shared = Shared {
+            sink: self.commander.is_some().then(|| Arc::clone(&self.sink_board)),
+            counters: Arc::clone(&self.counters),
+        };
         let speaker = Speaker::start(&mut self.graph, &self.settings, instance, shared, zero_level);
         // The robot is safe without: what is not told is in the log and in the recording.
         self.speaker =
@@ -214,6 +218,6 @@ impl Source for RosSource {
     }
 
     fn sink_state(&self) -> Option<SinkState> {
-        Some(self.sink.state())
+        self.commander.is_some().then(|| self.sink.state())
     }
 }

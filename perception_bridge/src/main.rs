@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use perception_bridge::{Playback, SourceChoice, shell};
+use perception_bridge::{Obedience, Playback, SourceChoice, shell};
 use settings::Settings;
 
 /// Bring the world into the stack and its commands out: robot state, detections and goal in odom; safe commands back
@@ -25,6 +25,9 @@ struct Arguments {
     /// Join the ROS 2 graph that ROS_DOMAIN_ID names, and drive its robot
     #[arg(long, conflicts_with = "recording")]
     ros2: bool,
+    /// Only watch: no command is published to a live robot, and a simulated one obeys its nominal controller
+    #[arg(long, conflicts_with = "recording")]
+    shadow: bool,
     /// Replace the recording's robot by a simulated one that obeys the filter
     #[arg(long, requires = "recording")]
     closed_loop: bool,
@@ -45,8 +48,10 @@ fn main() -> anyhow::Result<()> {
             closed_loop: arguments.closed_loop,
             playback: Playback::new(arguments.rate, arguments.passes)?,
         },
-        None if arguments.ros2 => SourceChoice::Ros2,
-        None => SourceChoice::Simulation,
+        None if arguments.ros2 => SourceChoice::Ros2 { shadow: arguments.shadow },
+        None => SourceChoice::Simulation {
+            obeys: if arguments.shadow { Obedience::Nominal } else { Obedience::Filter },
+        },
     };
     shell::run(&Settings::load(&arguments.config)?, &arguments.instance, &choice, None)
 }

@@ -2,7 +2,8 @@
 
 use bytemuck::Zeroable;
 use crowd_sim::{
-    GenerateError, PersonState, PlantSettings, Rectangle, RobotStart, ScenarioRequest, World, WorldError,
+    CrowdKind, GenerateError, PersonState, PlantSettings, Rectangle, RobotStart, ScenarioRequest, World,
+    WorldError,
 };
 use dynamics::InputBox;
 use messages::{
@@ -14,7 +15,7 @@ use rand_distr::{Distribution, Normal};
 use rand_pcg::Pcg64Mcg;
 use settings::{RobotKind, Settings};
 
-use crate::command_sink::{CommandSink, SinkState};
+use crate::command_sink::{CommandSink, Obedience, SinkState};
 use crate::nearest::by_distance;
 use crate::source::{BridgeEvent, Source};
 
@@ -65,17 +66,26 @@ pub struct SimulatedCrowd {
 }
 
 impl SimulatedCrowd {
-    /// Draws the scenario of `settings.simulation` and puts everybody in place.
+    /// Draws the scenario of `settings.simulation` and puts everybody in place. The robot obeys the filter.
     ///
     /// # Errors
     /// [`SimulationError`] if people, robot or noise cannot be simulated as asked.
     pub fn new(settings: &Settings) -> Result<Self, SimulationError> {
+        Self::with_robot_obeying(settings, Obedience::Filter)
+    }
+
+    /// The same with a robot that obeys `whom`.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_robot_obeying(settings: &Settings, whom: Obedience) -> Result<Self, SimulationError> {
         let simulation = &settings.simulation;
         let [x_min, y_min] = simulation.arena_min_m;
         let [x_max, y_max] = simulation.arena_max_m;
         let [start_x, start_y, start_heading] = simulation.start;
         let scenario = ScenarioRequest {
             seed: simulation.seed,
+            crowd: CrowdKind::SocialForce,
             count: simulation.people,
             arena: Rectangle { x_m: [x_min, x_max], y_m: [y_min, y_max] },
             desired_speed_mps: simulation.desired_speed_mps,
@@ -86,13 +96,14 @@ impl SimulatedCrowd {
             start: RobotStart { position_m: [start_x, start_y], heading_rad: start_heading },
             goal_m: [simulation.goal[0], simulation.goal[1]],
             goal_tolerance_m: settings.nominal.goal_tolerance_m,
+            time_limit_s: simulation.timeout_s,
             robot_radius_m: settings.robot.radius_m,
         }
         .generate()?;
         let noise = simulation.position_noise_m;
         Ok(Self {
-            world: World::new(&scenario, plant(settings))?,
-            sink: CommandSink::new(settings),
+            world: World::new(&scenario, simulated_plant(settings))?,
+            sink: CommandSink::obeying(settings, whom),
             kind: settings.robot.kind,
             goal: simulation.goal,
             noise: if noise > 0.0 { Some(Normal::new(0.0, noise)?) } else { None },
@@ -242,8 +253,8 @@ impl Source for SimulatedCrowd {
     }
 }
 
-/// The simulated robot: the actuators reach zero even where the filter's controls do not, since a brake must work.
-pub(crate) fn plant(settings: &Settings) -> PlantSettings {
+/// The simulated robot of `settings`: the actuators reach zero even where the filter's controls do not, since a brake must work.
+pub fn simulated_plant(settings: &Settings) -> PlantSettings {
     let robot = &settings.robot;
     let limit = settings.simulation.acceleration_limit;
     PlantSettings {

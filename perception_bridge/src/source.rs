@@ -6,7 +6,7 @@ use messages::{Detections, Goal, RobotState, SafeCommand, SourceStatus};
 use node_runtime::Waker;
 use settings::Settings;
 
-use crate::command_sink::SinkState;
+use crate::command_sink::{Obedience, SinkState};
 use crate::live::{RosError, RosSource, ZeroLevelOf};
 use crate::playback::Playback;
 use crate::recorded::{McapSource, SourceError};
@@ -16,7 +16,10 @@ use crate::simulated_crowd::{SimulatedCrowd, SimulationError};
 #[derive(Debug, Clone, PartialEq)]
 pub enum SourceChoice {
     /// The simulated crowd of the settings.
-    Simulation,
+    Simulation {
+        /// Whom its robot obeys.
+        obeys: Obedience,
+    },
     /// A recording.
     Mcap {
         /// The file.
@@ -27,7 +30,10 @@ pub enum SourceChoice {
         playback: Playback,
     },
     /// A live ROS 2 graph: the one that the environment names.
-    Ros2,
+    Ros2 {
+        /// Whether the robot is left alone: no command is published, not even the topic for it opened.
+        shadow: bool,
+    },
 }
 
 /// Why a source could not be opened.
@@ -50,11 +56,11 @@ pub enum OpenSourceError {
 /// [`OpenSourceError`] if it cannot be set up.
 pub fn open_source(settings: &Settings, choice: &SourceChoice) -> Result<Box<dyn Source>, OpenSourceError> {
     Ok(match choice {
-        SourceChoice::Simulation => Box::new(SimulatedCrowd::new(settings)?),
+        SourceChoice::Simulation { obeys } => Box::new(SimulatedCrowd::with_robot_obeying(settings, *obeys)?),
         SourceChoice::Mcap { file, closed_loop, playback } => {
             Box::new(McapSource::open(file, settings, *closed_loop)?.played(*playback)?)
         }
-        SourceChoice::Ros2 => Box::new(RosSource::open(settings)?),
+        SourceChoice::Ros2 { shadow } => Box::new(RosSource::open(settings, *shadow)?),
     })
 }
 

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use messages::{ControlKind, SafeCommand, Stamp};
-use perception_bridge::{BridgeEvent, Playback, SinkState, Source, SourceChoice, open_source};
+use perception_bridge::{BridgeEvent, Obedience, Playback, SinkState, Source, SourceChoice, open_source};
 use settings::Settings;
 
 const MS: u64 = 1_000_000;
@@ -27,7 +27,7 @@ fn sources() -> Vec<(&'static str, Box<dyn Source>)> {
     let mcap = |closed_loop, playback| SourceChoice::Mcap { file: file.clone(), closed_loop, playback };
     let hurried = Playback::new(2.5, 3).unwrap();
     [
-        ("simulation", SourceChoice::Simulation),
+        ("simulation", SourceChoice::Simulation { obeys: Obedience::Filter }),
         ("recording", mcap(false, Playback::AS_RECORDED)),
         ("recording, hurried", mcap(false, hurried)),
         ("closed loop", mcap(true, Playback::AS_RECORDED)),
@@ -42,6 +42,7 @@ fn stamp(event: &BridgeEvent) -> (usize, Stamp) {
         BridgeEvent::RobotState(message) => (0, message.stamp),
         BridgeEvent::Detections(message) => (1, message.stamp),
         BridgeEvent::Goal(message) => (2, message.stamp),
+        BridgeEvent::NominalCommand(message) => (3, message.stamp),
     }
 }
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use allocation_counter::measure;
-use perception_bridge::{Playback, SourceChoice, open_source};
+use perception_bridge::{Obedience, Playback, SourceChoice, open_source};
 use settings::Settings;
 
 const MS: u64 = 1_000_000;
@@ -17,7 +17,7 @@ fn playing_allocates_nothing() {
     let file = repository.join("tests/data/mcap_rosbags_reference.mcap");
     let playback = Playback::new(2.0, 2).unwrap();
     let mcap = |closed_loop| SourceChoice::Mcap { file: file.clone(), closed_loop, playback };
-    for choice in [SourceChoice::Simulation, mcap(false), mcap(true)] {
+    for choice in [SourceChoice::Simulation { obeys: Obedience::Filter }, mcap(false), mcap(true)] {
         let mut source = open_source(&settings, &choice).unwrap();
         let mut events = 0;
         let of_playing = measure(|| {

@@ -64,6 +64,7 @@ pub(super) fn run(plan: &RepeatPlan<'_>, number: u32, of: u32) -> anyhow::Result
         instance: plan.instance,
         source: &plan.source,
         closed_loop: plan.closed_loop,
+        shadow: false,
         playback: plan.playback,
         env: Vec::new(),
         heading: format!("repeat {number} of {of}: "),

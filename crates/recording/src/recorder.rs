@@ -34,6 +34,8 @@ pub struct RecordingInfo {
     pub kernel: String,
     /// The settings as TOML.
     pub settings: String,
+    /// Whether the filter only watched: the robot obeyed somebody else.
+    pub shadow: bool,
     /// Name of the world frame in the ROS messages.
     pub odom_frame: String,
     /// Name of the robot's frame in the ROS messages.
@@ -43,7 +45,11 @@ pub struct RecordingInfo {
 impl RecordingInfo {
     pub(crate) fn entries(&self) -> BTreeMap<String, String> {
         let entries = [("version", &self.version), ("kernel", &self.kernel), ("settings", &self.settings)];
-        entries.map(|(key, value)| (key.to_owned(), value.clone())).into()
+        let mut entries: BTreeMap<_, _> = entries.map(|(key, value)| (key.to_owned(), value.clone())).into();
+        if self.shadow {
+            entries.insert(SHADOW_KEY.to_owned(), "true".to_owned());
+        }
+        entries
     }
 }
 

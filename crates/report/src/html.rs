@@ -100,7 +100,15 @@ fn subtitle(record: &RunRecord, verdict: &Verdict) -> String {
         1 => "1 obstacle at a time".to_owned(),
         _ => format!("up to {most} obstacles at a time"),
     };
-    format!("{:.1} s, {people}, {} filter cycles", verdict.duration_s, verdict.latency.counts.cycles)
+    let cycles = verdict.latency.counts.cycles;
+    let mut subtitle = format!("{:.1} s, {people}, {cycles} filter cycles", verdict.duration_s);
+    if verdict.commanders.len() > 1 {
+        let _ = write!(subtitle, "; commanded by {}", escaped(&verdict.commanders_in_order()));
+    }
+    if let Some(shadow) = &verdict.shadow {
+        let _ = write!(subtitle, "; {}", escaped(&shadow.sentence()));
+    }
+    subtitle
 }
 
 fn tiles(verdict: &Verdict) -> String {
@@ -142,7 +150,7 @@ fn tiles(verdict: &Verdict) -> String {
             format!("smallest SDF {}", or_unknown(verdict.min_sdf_m, " m")),
         ),
         (
-            "Interventions",
+            if verdict.shadow.is_some() { "Would-be changes" } else { "Interventions" },
             verdict.interventions.count.to_string(),
             format!("{} of the time", percent(verdict.interventions.time_share)),
         ),

@@ -6,6 +6,7 @@
 //! * [`html`] – one self-contained page with figures, plots and a playback seen from above.
 //! * [`birds_eye_svg`] – one moment seen from above, as a picture.
 //! * [`commanders`] – which nominal controller commanded when.
+//! * [`Comparison`] – two runs of the same world side by side; JSON and terminal text.
 //! * [`explain`] – what the filter did at one time, and because of which obstacle; JSON and terminal text.
 //! * [`trace_zero_levels`] – the set h = 0 in the world frame, from barrier values that the caller computes.
 //! * [`profile_html`] – one self-contained page about where time goes, from the figures of crate `latency`.
@@ -18,6 +19,7 @@
 
 mod birds_eye;
 mod commanders;
+mod comparison;
 mod display;
 mod explain;
 mod explain_display;
@@ -30,6 +32,7 @@ mod playback;
 mod plot;
 mod profile;
 mod record;
+mod shadow;
 mod spans;
 mod theme;
 mod verdict;
@@ -39,6 +42,7 @@ mod zero_level;
 
 pub use birds_eye::birds_eye_svg;
 pub use commanders::{Segment, commanders, controller_name};
+pub use comparison::{Comparison, Contender};
 pub use explain::{
     BarrierTerms, Constraint, CriticalObstacle, ExplainError, Explanation, InputAges, Neighbour, explain,
 };
@@ -48,6 +52,7 @@ pub use model_figure::{ModelFigure, ModelSlice, model_figure_svg};
 pub use plot::PlotError;
 pub use profile::{ProfilePage, profile_html};
 pub use record::{Moment, RunRecord};
+pub use shadow::Shadow;
 pub use spans::{Rung, Span};
 pub use verdict::{Outcome, TimeShares, Verdict};
 pub use zero_level::{BarrierGrid, GridError, ZeroLevel, trace_zero_levels};

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::intervention::{Interventions, interventions};
 use crate::spans::{Rung, Span, rung_spans};
-use crate::{RunRecord, finite::finite};
+use crate::{RunRecord, Segment, Shadow, commanders, finite::finite};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -104,6 +104,12 @@ pub struct Verdict {
     pub interventions: Interventions,
     /// Share of time on each rung.
     pub time_shares: TimeShares,
+    /// Which nominal controllers commanded, one after the other, and when.
+    #[serde(default)]
+    pub commanders: Vec<Segment>,
+    /// What the filter would have done, where it only watched. Everything else then tells how the robot fared without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shadow: Option<Shadow>,
     /// Sensor messages that the source handed on.
     pub accepted_inputs: Option<u64>,
     /// Sensor messages that the source refused, each for a logged reason.
@@ -121,6 +127,7 @@ impl Verdict {
         let with_barrier =
             || record.safe_commands.iter().filter(|command| Rung::of_code(command.status).has_barrier());
         let smallest = |values: &mut dyn Iterator<Item = f64>| finite(values.fold(f64::INFINITY, f64::min));
+        let interventions = interventions(record, &spans);
         let reached_at = record.source_status.iter().find(|status| status.goal_reached != 0);
 
         Self {
@@ -145,7 +152,9 @@ impl Verdict {
             min_sdf_m: smallest(&mut with_barrier().map(|command| command.sdf_m)),
             max_slack_mps: with_barrier().map(|command| command.slack_mps).fold(0.0, f64::max),
             infeasible_cycles: with_barrier().filter(|command| command.hard_margin_mps < 0.0).count() as u64,
-            interventions: interventions(record, &spans),
+            interventions,
+            commanders: commanders(&record.nominal_commands),
+            shadow: record.shadow.then(|| Shadow::of(record, &interventions)),
             time_shares: TimeShares::of(&spans),
             accepted_inputs: source.map(|_| counted(&record.source_status, |status| status.accepted)),
             refused_inputs: source.map(|_| counted(&record.source_status, |status| status.refused)),
@@ -153,8 +162,15 @@ impl Verdict {
         }
     }
 
-    /// The outcome in a few words.
+    /// The outcome in a few words. Where the filter only watched, it says so first.
     pub fn headline(&self) -> String {
+        match &self.shadow {
+            Some(_) => format!("Shadow, the robot drove itself unfiltered: {}", self.outcome()),
+            None => self.outcome(),
+        }
+    }
+
+    fn outcome(&self) -> String {
         match self.outcome {
             Outcome::Reached => format!("Goal reached, {}", self.contacts()),
             Outcome::NotReached => format!("Goal not reached, {}", self.contacts()),

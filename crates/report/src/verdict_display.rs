@@ -9,6 +9,9 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut line = |name: &str, value: &str| writeln!(f, "{name:<22}{value}");
         line("verdict", &self.headline())?;
+        if let Some(shadow) = &self.shadow {
+            line("shadow", &shadow.sentence())?;
+        }
         let count =
             |value: Option<u64>| value.map_or_else(|| crate::display::UNKNOWN.to_owned(), |n| n.to_string());
         line("collisions", &count(self.collisions.map(u64::from)))?;
@@ -17,7 +20,7 @@ impl fmt::Display for Verdict {
         line("smallest SDF", &or_unknown(self.min_sdf_m, " m"))?;
         let interventions = &self.interventions;
         line(
-            "interventions",
+            if self.shadow.is_some() { "would-be changes" } else { "interventions" },
             &format!(
                 "{} in {} of the time, largest |u - u_nom| {}",
                 interventions.count,
@@ -40,6 +43,9 @@ impl fmt::Display for Verdict {
         let shares: Vec<_> =
             shares.map(|(rung, share)| format!("{} {}", rung.label(), percent(share))).collect();
         line("time", &shares.join(", "))?;
+        if self.commanders.len() > 1 {
+            line("commanders", &self.commanders_in_order())?;
+        }
         line("path length", &or_unknown(self.path_length_m, " m"))?;
         let arrival = self
             .time_to_goal_s
@@ -51,5 +57,21 @@ impl fmt::Display for Verdict {
             &format!("{} used, {} refused", count(self.accepted_inputs), count(self.refused_inputs)),
         )?;
         write!(f, "{}", self.latency)
+    }
+}
+
+impl Verdict {
+    /// Who commanded, and when each of them began, s after the first command of all.
+    pub(crate) fn commanders_in_order(&self) -> String {
+        let first_ns = self.commanders.first().map_or(0, |segment| segment.start_ns);
+        let told = self.commanders.iter().map(|segment| {
+            let since_s = segment.start_ns.saturating_sub(first_ns) as f64 * 1e-9;
+            let gap_ms = segment.gap_ns as f64 * 1e-6;
+            match segment.gap_ns {
+                0 => format!("{} from {since_s:.2} s", segment.name),
+                _ => format!("{} from {since_s:.2} s (after {gap_ms:.0} ms without a command)", segment.name),
+            }
+        });
+        told.collect::<Vec<_>>().join(", ")
     }
 }

@@ -146,6 +146,7 @@ pub(crate) fn sample_info() -> RecordingInfo {
         version: "0.0.0-sample".into(),
         kernel: "portable".into(),
         settings: "[robot]\nkind = \"unicycle\"\n".into(),
+        shadow: false,
         odom_frame: "odom".into(),
         base_frame: "base_link".into(),
     }
