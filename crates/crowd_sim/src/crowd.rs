@@ -1,10 +1,12 @@
-//! People who walk between their goals: one fixed-period step of the social force model for everybody.
+//! Everybody together: one fixed-period step for people of all kinds of motion.
 //!
-//! Lives here: integration, speed cap, goal switching. The forces are in `social_force`, interpolation to other times
-//! than the crowd's own ticks in `world`.
+//! Lives here: who pushes whom. The forces themselves are in `social_force`, what people do with them in `walker`,
+//! interpolation to other times than the crowd's own ticks in `world`.
 
-use crate::scenario::Person;
+use crate::person::Person;
+use crate::rectangle::Rectangle;
 use crate::social_force::SocialForce;
+use crate::walker::{Gait, Walk, Walker};
 
 /// Period of the crowd's own step, ns: HuNavSim's Gazebo plugin updates at 100 Hz.
 ///
@@ -12,56 +14,43 @@ use crate::social_force::SocialForce;
 /// different rates face the same crowd.
 pub const CROWD_PERIOD_NS: u64 = 10_000_000;
 
-/// Distance by which a goal counts as reached before its radius is entered, m (HuNavSim's behaviour tree).
-const GOAL_REACHED_MARGIN_M: f64 = 0.1;
-
-/// One person in motion.
-#[derive(Debug, Clone)]
-pub(crate) struct Walker {
-    pub(crate) person: Person,
-    pub(crate) position_m: [f64; 2],
-    pub(crate) velocity_mps: [f64; 2],
-    goal_index: usize,
-}
-
 /// A crowd that feels itself, its goals and nothing else.
 #[derive(Debug, Clone)]
 pub struct Crowd {
     model: SocialForce,
+    arena: Rectangle,
+    time_s: f64,
     walkers: Vec<Walker>,
-    /// `None` for a walker that switches goals in this tick and therefore does not move.
+    /// `None` for everybody who feels no force: on a straight line or a track, or switching goals in this tick.
     forces_mps2: Vec<Option<[f64; 2]>>,
 }
 
 impl Crowd {
-    /// Puts everybody at their start, at rest, heading for their first goal.
+    /// Puts everybody at their start; walkers head for their first goal. `arena` has the walls that some bounce off.
     ///
-    /// People without goals never move; a valid scenario has none.
-    pub fn new(model: SocialForce, people: &[Person]) -> Self {
-        let walkers: Vec<_> = people
-            .iter()
-            .map(|person| Walker {
-                position_m: person.position_m,
-                velocity_mps: [0.0, 0.0],
-                goal_index: 0,
-                person: person.clone(),
-            })
-            .collect();
+    /// Walkers without goals never move; a valid scenario has none.
+    pub fn new(model: SocialForce, arena: Rectangle, people: &[Person]) -> Self {
+        let walkers: Vec<_> = people.iter().map(Walker::new).collect();
         let forces_mps2 = vec![None; walkers.len()];
-        Self { model, walkers, forces_mps2 }
+        Self { model, arena, time_s: 0.0, walkers, forces_mps2 }
     }
 
-    /// Number of people.
+    /// Number of people, absent ones included.
     pub fn len(&self) -> usize {
         self.walkers.len()
     }
 
-    /// Whether nobody is there.
+    /// Whether the crowd has nobody, absent people included.
     pub fn is_empty(&self) -> bool {
         self.walkers.is_empty()
     }
 
-    /// Position of person `index` (order of the scenario) in `odom`, m.
+    /// Whether person `index` (order of the scenario) is there now.
+    pub fn is_present(&self, index: usize) -> bool {
+        self.walkers[index].is_present
+    }
+
+    /// Position of person `index` in `odom`, m; of an absent one the last, or else the first one to come.
     pub fn position_m(&self, index: usize) -> [f64; 2] {
         self.walkers[index].position_m
     }
@@ -75,37 +64,38 @@ impl Crowd {
         &self.walkers
     }
 
-    /// Moves everybody by `dt_s` (s): all forces from one snapshot, then semi-implicit Euler with the speed capped at
-    /// each person's desired speed.
+    /// Moves everybody by `dt_s` (s), all forces taken from one snapshot.
     ///
-    /// Whoever is within the goal's radius plus 0.1 m turns to the next goal of the cycle instead and stays put for
-    /// this tick. HuNavSim feeds back velocities that are differences of positions, so such a person starts the next
-    /// tick from rest. Allocates nothing.
+    /// By forces, people move by semi-implicit Euler with the speed capped at the desired one. Whoever is within the goal's
+    /// radius plus 0.1 m turns to the next goal of the cycle instead and stays put for this tick. HuNavSim feeds back
+    /// velocities that are differences of positions, so such a person starts the next tick from rest. Allocates nothing.
     pub fn step(&mut self, dt_s: f64) {
         for i in 0..self.walkers.len() {
-            self.forces_mps2[i] =
-                if self.walkers[i].has_reached_goal() { None } else { Some(self.force_on(i)) };
+            let walker = &self.walkers[i];
+            self.forces_mps2[i] = match &walker.gait {
+                Gait::SocialForce(walk) if !walk.has_arrived(walker.position_m) => {
+                    Some(self.force_on(i, walk))
+                }
+                Gait::SocialForce(_) | Gait::Bounce | Gait::Track(_) => None,
+            };
         }
+        self.time_s += dt_s;
         for (walker, force) in self.walkers.iter_mut().zip(&self.forces_mps2) {
-            match force {
-                Some(force_mps2) => walker.advance(*force_mps2, dt_s),
-                None => walker.turn_to_next_goal(),
-            }
+            walker.advance(*force, self.time_s, dt_s, &self.arena);
         }
     }
 
-    fn force_on(&self, i: usize) -> [f64; 2] {
-        let Walker { person, position_m, velocity_mps, .. } = &self.walkers[i];
-        let goal_m = self.walkers[i].goal_m();
+    fn force_on(&self, i: usize, walk: &Walk) -> [f64; 2] {
+        let Walker { position_m, velocity_mps, .. } = &self.walkers[i];
         let [mut fx, mut fy] = self.model.goal_force(
             *position_m,
             *velocity_mps,
-            person.desired_speed_mps,
-            goal_m,
-            person.goal_radius_m,
+            walk.desired_speed_mps,
+            walk.goal_m(*position_m),
+            walk.goal_radius_m,
         );
         for (j, other) in self.walkers.iter().enumerate() {
-            if j != i {
+            if j != i && other.is_present {
                 let [px, py] =
                     self.model.pair_force(*position_m, *velocity_mps, other.position_m, other.velocity_mps);
                 fx += px;
@@ -116,54 +106,43 @@ impl Crowd {
     }
 }
 
-impl Walker {
-    /// A person without goals has always arrived.
-    fn goal_m(&self) -> [f64; 2] {
-        self.person.goals_m.get(self.goal_index).copied().unwrap_or(self.position_m)
-    }
-
-    fn has_reached_goal(&self) -> bool {
-        let goal_m = self.goal_m();
-        let distance_m = (goal_m[0] - self.position_m[0]).hypot(goal_m[1] - self.position_m[1]);
-        distance_m <= self.person.goal_radius_m + GOAL_REACHED_MARGIN_M
-    }
-
-    fn turn_to_next_goal(&mut self) {
-        self.goal_index = (self.goal_index + 1) % self.person.goals_m.len().max(1);
-        self.velocity_mps = [0.0, 0.0];
-    }
-
-    fn advance(&mut self, force_mps2: [f64; 2], dt_s: f64) {
-        let [mut vx, mut vy] =
-            [self.velocity_mps[0] + force_mps2[0] * dt_s, self.velocity_mps[1] + force_mps2[1] * dt_s];
-        let speed_mps = vx.hypot(vy);
-        if speed_mps > self.person.desired_speed_mps {
-            let scale = self.person.desired_speed_mps / speed_mps;
-            vx *= scale;
-            vy *= scale;
-        }
-        self.velocity_mps = [vx, vy];
-        self.position_m = [self.position_m[0] + vx * dt_s, self.position_m[1] + vy * dt_s];
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::person::Motion;
 
-    fn person(position_m: [f64; 2], goals_m: Vec<[f64; 2]>) -> Person {
-        Person { id: 1, position_m, goals_m, goal_radius_m: 0.3, desired_speed_mps: 1.0, radius_m: 0.35 }
+    const ARENA: Rectangle = Rectangle { x_m: [-5.0, 5.0], y_m: [-5.0, 5.0] };
+
+    fn walking(position_m: [f64; 2], goals_m: Vec<[f64; 2]>) -> Person {
+        let motion = Motion::SocialForce {
+            position_m,
+            velocity_mps: [0.0, 0.0],
+            goals_m,
+            goal_radius_m: 0.3,
+            desired_speed_mps: 1.0,
+        };
+        Person { id: 1, radius_m: 0.35, motion }
+    }
+
+    fn crowd(people: &[Person]) -> Crowd {
+        Crowd::new(SocialForce::HUNAVSIM, ARENA, people)
+    }
+
+    fn goal_index(crowd: &Crowd) -> usize {
+        match &crowd.walkers[0].gait {
+            Gait::SocialForce(walk) => walk.goal_index(),
+            Gait::Bounce | Gait::Track(_) => panic!("walks by forces"),
+        }
     }
 
     #[test]
     fn goals_are_walked_in_a_cycle_with_one_tick_at_rest() {
-        let goals = vec![[2.0, 0.0], [0.0, 0.0]];
-        let mut crowd = Crowd::new(SocialForce::HUNAVSIM, &[person([0.0, 0.0], goals)]);
+        let mut crowd = crowd(&[walking([0.0, 0.0], vec![[2.0, 0.0], [0.0, 0.0]])]);
         let (mut switches, mut resting) = (Vec::new(), 0);
         for _ in 0..2000 {
-            let (before_m, goal) = (crowd.position_m(0), crowd.walkers[0].goal_index);
+            let (before_m, goal) = (crowd.position_m(0), goal_index(&crowd));
             crowd.step(0.01);
-            if crowd.walkers[0].goal_index != goal {
+            if goal_index(&crowd) != goal {
                 switches.push(before_m[0]);
                 resting += usize::from(crowd.position_m(0) == before_m);
             }
@@ -181,10 +160,10 @@ mod tests {
             .map(|k| {
                 let angle = f64::from(k) * 1.047;
                 let at = [2.0 * angle.cos(), 2.0 * angle.sin()];
-                person(at, vec![[-at[0], -at[1]], at])
+                walking(at, vec![[-at[0], -at[1]], at])
             })
             .collect();
-        let mut crowd = Crowd::new(SocialForce::HUNAVSIM, &people);
+        let mut crowd = crowd(&people);
         for _ in 0..3000 {
             crowd.step(0.01);
             for i in 0..crowd.len() {
@@ -192,5 +171,33 @@ mod tests {
                 assert!(vx.hypot(vy) <= 1.0 + 1e-12);
             }
         }
+    }
+
+    #[test]
+    fn only_who_is_present_pushes() {
+        let track = |times_s: Vec<f64>| Person {
+            id: 2,
+            radius_m: 0.35,
+            motion: Motion::Track { times_s, positions_m: vec![[1.0, 0.3], [1.0, 0.3]] },
+        };
+        let alone = walking([0.0, 0.0], vec![[4.0, 0.0]]);
+        let [mut lonely, mut late, mut met] = [
+            crowd(std::slice::from_ref(&alone)),
+            crowd(&[alone.clone(), track(vec![0.5, 9.0])]),
+            crowd(&[alone, track(vec![0.0, 9.0])]),
+        ];
+        for tick in 1..=49 {
+            for crowd in [&mut lonely, &mut late, &mut met] {
+                crowd.step(0.01);
+            }
+            assert!(!late.is_present(1) && met.is_present(1));
+            assert_eq!(late.position_m(0), lonely.position_m(0), "after {tick} ticks");
+        }
+        assert_ne!(met.position_m(0), lonely.position_m(0));
+        for _ in 0..3 {
+            lonely.step(0.01);
+            late.step(0.01);
+        }
+        assert!(late.is_present(1) && late.position_m(0) != lonely.position_m(0));
     }
 }

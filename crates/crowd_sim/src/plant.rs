@@ -1,12 +1,16 @@
 //! Robot plants: what a commanded input does to a robot.
 //!
 //! Lives here: clipping to the actuators, their lag and rate limit, and the exact integration of both robots for a
-//! constant input. No contact with people: that is `ledger`.
+//! constant input. Their dead time is in `delay`. No contact with people: that is `ledger`.
 
 use dynamics::{InputBox, wrap_angle};
 use serde::{Deserialize, Serialize};
 
+use crate::delay::DelayLine;
 use crate::scenario::RobotStart;
+
+/// Longest dead time, s.
+const LONGEST_DELAY_S: f64 = 10.0;
 
 /// Which robot it is, hence what its two inputs mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,7 +31,10 @@ pub struct PlantSettings {
     /// What the actuators can do, in units of the inputs. Wider than the filter's set of controls where that one
     /// excludes zero, since a robot must be able to stop when told to brake: zero has to lie inside.
     pub actuator_limits: InputBox<2>,
-    /// Time constant with which the actuators follow a command, s; zero for none.
+    /// Dead time after which the actuators begin to follow a command, s, at most 10; zero for none.
+    #[serde(default)]
+    pub delay_s: f64,
+    /// Time constant with which the actuators then follow it, s; zero for none.
     pub lag_s: f64,
     /// Highest rate of change of each achieved input, in its unit per second.
     pub input_rate_limit_per_s: Option<[f64; 2]>,
@@ -41,6 +48,7 @@ impl PlantSettings {
         Self {
             model: PlantModel::Unicycle,
             actuator_limits: InputBox { min: [0.0, -0.8], max: [1.0, 0.8] },
+            delay_s: 0.0,
             lag_s: 0.0,
             input_rate_limit_per_s: None,
             axis_speed_limit_mps: None,
@@ -52,6 +60,7 @@ impl PlantSettings {
         Self {
             model: PlantModel::DoubleIntegrator,
             actuator_limits: InputBox { min: [-2.0, -2.0], max: [2.0, 2.0] },
+            delay_s: 0.0,
             lag_s: 0.0,
             input_rate_limit_per_s: None,
             axis_speed_limit_mps: Some(2.0),
@@ -79,6 +88,12 @@ pub enum PlantError {
         field: &'static str,
         /// Its value.
         value: f64,
+    },
+    /// The dead time is negative, not finite, or longer than any actuator's.
+    #[error("plant: delay_s is {delay_s}; give 0 to {LONGEST_DELAY_S} s")]
+    BadDelay {
+        /// Its value, s.
+        delay_s: f64,
     },
 }
 
@@ -108,6 +123,8 @@ impl RobotState {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plant {
     settings: PlantSettings,
+    /// Absent without dead time.
+    delay: Option<DelayLine>,
     state: RobotState,
     achieved_input: [f64; 2],
 }
@@ -124,6 +141,9 @@ impl Plant {
         }
         if !(settings.lag_s.is_finite() && settings.lag_s >= 0.0) {
             return Err(PlantError::BadNumber { field: "lag_s", value: settings.lag_s });
+        }
+        if !(0.0..=LONGEST_DELAY_S).contains(&settings.delay_s) {
+            return Err(PlantError::BadDelay { delay_s: settings.delay_s });
         }
         let limits = [
             ("input_rate_limit_per_s", settings.input_rate_limit_per_s.map(|rate| rate[0])),
@@ -144,7 +164,8 @@ impl Plant {
             velocity_mps: [0.0, 0.0],
             yaw_rate_radps: 0.0,
         };
-        Ok(Self { settings, state, achieved_input: [0.0, 0.0] })
+        let delay = (settings.delay_s > 0.0).then(|| DelayLine::new(settings.delay_s));
+        Ok(Self { settings, delay, state, achieved_input: [0.0, 0.0] })
     }
 
     /// The state now.
@@ -159,8 +180,24 @@ impl Plant {
 
     /// Applies `control` (finite; units by [`PlantModel`]) for `dt_s` (s, positive).
     ///
-    /// The actuators move first, then the robot is integrated exactly with what they achieved held over the step.
+    /// The actuators move first, then the robot is integrated exactly with what they achieved held over the step. With a dead
+    /// time, the step is divided where an earlier command takes effect. Allocates nothing.
     pub fn step(&mut self, dt_s: f64, control: [f64; 2]) {
+        let Some(delay) = &mut self.delay else {
+            return self.obey(dt_s, control);
+        };
+        delay.command(control);
+        let mut left_s = dt_s;
+        while left_s > 0.0
+            && let Some((control, lasts_s)) = self.delay.as_mut().map(|delay| delay.next(left_s))
+        {
+            self.obey(lasts_s, control);
+            left_s -= lasts_s;
+        }
+    }
+
+    /// What `control` does if it takes effect now.
+    fn obey(&mut self, dt_s: f64, control: [f64; 2]) {
         self.move_actuators(dt_s, control);
         match self.settings.model {
             PlantModel::Unicycle => self.drive(dt_s),

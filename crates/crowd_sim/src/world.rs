@@ -1,12 +1,14 @@
 //! The world: a robot among people, stepped by the caller.
 //!
 //! Lives here: the common clock of robot and crowd. People move on their own 100 Hz grid and are interpolated in
-//! between, which is exact, because the crowd's integrator moves them along straight lines.
+//! between: exactly for those who walk by forces, because the crowd's integrator moves them along straight lines, and to a
+//! fraction of a millimetre for the others.
 
 use crate::crowd::{CROWD_PERIOD_NS, Crowd};
 use crate::ledger::RunLedger;
 use crate::plant::{Plant, PlantError, PlantSettings, RobotState};
-use crate::scenario::{Scenario, ScenarioError};
+use crate::scenario::Scenario;
+use crate::scenario_error::ScenarioError;
 use crate::social_force::SocialForce;
 
 /// Longest step, s: beyond it a command held constant says nothing about a robot.
@@ -15,6 +17,8 @@ const MAX_STEP_S: f64 = 1.0;
 /// One person as an ideal sensor sees them. Everything in `odom`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PersonState {
+    /// Place in the scenario's list.
+    pub index: usize,
     /// Identity, from the scenario.
     pub id: u64,
     /// Centre, m.
@@ -62,32 +66,32 @@ pub struct World {
     robot_radius_m: f64,
     plant: Plant,
     crowd: Crowd,
+    /// Identity and radius (m) of everybody, in the scenario's order.
+    bodies: Vec<(u64, f64)>,
     /// World time of the crowd's newest state, never before `time_ns`.
     crowd_time_ns: u64,
-    /// Where people were one crowd period before `crowd_time_ns`, m.
-    crowd_before_m: Vec<[f64; 2]>,
+    /// Where people were one crowd period before `crowd_time_ns`, m; `None` for those who were absent.
+    crowd_before_m: Vec<Option<[f64; 2]>>,
+    /// Those who are present at `time_ns`; has room for everybody.
     people: Vec<PersonState>,
     ledger: RunLedger,
 }
 
 impl World {
-    /// Sets everybody up at time zero, at rest.
+    /// Sets everybody up at time zero, the robot at rest. Where the scenario states limits of the robot, they take the place of
+    /// the plant's.
     ///
     /// # Errors
     /// See [`WorldError`].
     pub fn new(scenario: &Scenario, plant: PlantSettings) -> Result<Self, WorldError> {
         scenario.validate()?;
-        let crowd = Crowd::new(SocialForce::HUNAVSIM, &scenario.people);
-        let people: Vec<_> = scenario
-            .people
-            .iter()
-            .map(|person| PersonState {
-                id: person.id,
-                position_m: person.position_m,
-                velocity_mps: [0.0, 0.0],
-                radius_m: person.radius_m,
-            })
-            .collect();
+        let crowd = Crowd::new(SocialForce::HUNAVSIM, scenario.arena, &scenario.people);
+        let mut plant = plant;
+        if let Some(limits) = &scenario.robot_limits {
+            plant.actuator_limits = limits.inputs();
+            plant.axis_speed_limit_mps = limits.axis_speed_mps.or(plant.axis_speed_limit_mps);
+        }
+        let everybody = scenario.people.len();
         let mut world = Self {
             time_ns: 0,
             goal_m: scenario.goal_m,
@@ -95,11 +99,13 @@ impl World {
             robot_radius_m: scenario.robot_radius_m,
             plant: Plant::new(plant, scenario.start)?,
             crowd_time_ns: 0,
-            crowd_before_m: people.iter().map(|person| person.position_m).collect(),
-            ledger: RunLedger::new(scenario.start.position_m, people.len()),
+            crowd_before_m: vec![None; everybody],
+            ledger: RunLedger::new(scenario.start.position_m, everybody),
+            bodies: scenario.people.iter().map(|person| (person.id, person.radius_m)).collect(),
             crowd,
-            people,
+            people: Vec::with_capacity(everybody),
         };
+        world.place_people(0.0);
         world.note();
         Ok(world)
     }
@@ -134,31 +140,40 @@ impl World {
         self.time_ns = time_ns;
         if time_ns > self.crowd_time_ns {
             for (before_m, walker) in self.crowd_before_m.iter_mut().zip(self.crowd.walkers()) {
-                *before_m = walker.position_m;
+                *before_m = walker.is_present.then_some(walker.position_m);
             }
             self.crowd.step(CROWD_PERIOD_NS as f64 * 1e-9);
             self.crowd_time_ns += CROWD_PERIOD_NS;
         }
-        let remaining = (self.crowd_time_ns - time_ns) as f64 / CROWD_PERIOD_NS as f64;
-        for ((person, walker), before_m) in
-            self.people.iter_mut().zip(self.crowd.walkers()).zip(&self.crowd_before_m)
-        {
-            for k in 0..2 {
-                person.position_m[k] =
-                    walker.position_m[k] - remaining * (walker.position_m[k] - before_m[k]);
-            }
-            person.velocity_mps = walker.velocity_mps;
-        }
+        self.place_people((self.crowd_time_ns - time_ns) as f64 / CROWD_PERIOD_NS as f64);
         self.note();
+    }
+
+    /// Says where people are `remaining` crowd periods (0 to 1) before the crowd's newest state. Between two ticks only those
+    /// are present who are at both.
+    fn place_people(&mut self, remaining: f64) {
+        self.people.clear();
+        let everybody = self.crowd.walkers().iter().zip(&self.crowd_before_m).zip(&self.bodies);
+        for (index, ((walker, before_m), &(id, radius_m))) in everybody.enumerate() {
+            if !walker.is_present || (remaining > 0.0 && before_m.is_none()) {
+                continue;
+            }
+            let before_m = before_m.unwrap_or(walker.position_m);
+            let position_m =
+                [0, 1].map(|k| walker.position_m[k] - remaining * (walker.position_m[k] - before_m[k]));
+            let velocity_mps = walker.velocity_mps;
+            self.people.push(PersonState { index, id, position_m, velocity_mps, radius_m });
+        }
     }
 
     fn note(&mut self) {
         let position_m = self.plant.state().position_m;
         let robot_radius_m = self.robot_radius_m;
-        self.ledger.note_clearances(self.people.iter().map(|person| {
+        let clearances_m = self.people.iter().map(|person| {
             let [dx, dy] = [person.position_m[0] - position_m[0], person.position_m[1] - position_m[1]];
-            dx.hypot(dy) - person.radius_m - robot_radius_m
-        }));
+            (person.index, dx.hypot(dy) - person.radius_m - robot_radius_m)
+        });
+        self.ledger.note_clearances(self.time_ns, clearances_m);
         let at_goal = self.goal_distance_m() <= self.goal_tolerance_m;
         self.ledger.note_robot(self.time_ns, position_m, at_goal);
     }
@@ -178,7 +193,7 @@ impl World {
         self.robot_radius_m
     }
 
-    /// Everybody now, in the scenario's order.
+    /// Everybody who is present now, in the scenario's order.
     pub fn people(&self) -> &[PersonState] {
         &self.people
     }

@@ -101,3 +101,47 @@ fn a_rate_limit_of_zero_is_refused() {
         PlantSettings { input_rate_limit_per_s: Some([0.5, 0.0]), ..PlantSettings::ground_robot() };
     assert!(matches!(Plant::new(settings, ORIGIN), Err(PlantError::BadNumber { .. })));
 }
+
+#[test]
+fn after_a_dead_time_the_robot_does_what_it_was_told() {
+    for model in [PlantSettings::ground_robot(), PlantSettings::quadrotor()] {
+        let mut late = Plant::new(PlantSettings { delay_s: 0.1, ..model.clone() }, ORIGIN).unwrap();
+        let mut prompt = Plant::new(model, ORIGIN).unwrap();
+        let control = |k: u32| [0.6 + 0.4 * (0.3 * f64::from(k)).sin(), 0.5 * (0.11 * f64::from(k)).cos()];
+        // Steps that do not divide the dead time.
+        for k in 0..1_000 {
+            late.step(0.007, control(k));
+            prompt.step(0.007, control(k));
+        }
+        assert_ne!(late.state(), prompt.state());
+        // Given 0.1 s more, the late one has caught up with where the prompt one was.
+        late.step(0.1, [0.0, 0.0]);
+        assert_close(late.state().position_m, prompt.state().position_m, 1e-9);
+        assert!((late.state().heading_rad - prompt.state().heading_rad).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_step_longer_than_the_dead_time_is_divided_where_the_command_takes_effect() {
+    let mut plant =
+        Plant::new(PlantSettings { delay_s: 0.25, ..PlantSettings::ground_robot() }, ORIGIN).unwrap();
+    plant.step(1.0, [0.8, 0.0]);
+    assert_close(plant.state().position_m, [0.6, 0.0], 1e-12);
+}
+
+#[test]
+fn dead_time_comes_before_lag() {
+    let settings = PlantSettings { delay_s: 0.1, lag_s: 0.2, ..PlantSettings::ground_robot() };
+    let mut plant = Plant::new(settings, ORIGIN).unwrap();
+    (0..50).for_each(|_| plant.step(0.01, [1.0, 0.0]));
+    let expected = 1.0 - (-2.0_f64).exp();
+    assert!((plant.state().body_velocity_mps()[0] - expected).abs() < 1e-9);
+}
+
+#[test]
+fn a_dead_time_beyond_reason_is_refused() {
+    for delay_s in [-0.1, f64::NAN, f64::INFINITY, 1e9] {
+        let settings = PlantSettings { delay_s, ..PlantSettings::ground_robot() };
+        assert!(matches!(Plant::new(settings, ORIGIN), Err(PlantError::BadDelay { .. })), "{delay_s}");
+    }
+}

@@ -1,6 +1,6 @@
 //! Scenarios: reproducible draws, the promises of the generator, and what validation refuses.
 
-use crowd_sim::{GenerateError, Scenario, ScenarioError, ScenarioRequest};
+use crowd_sim::{GenerateError, Motion, Person, RobotLimits, Scenario, ScenarioError, ScenarioRequest};
 
 #[test]
 fn the_same_seed_gives_the_same_people_on_every_machine() {
@@ -8,9 +8,11 @@ fn the_same_seed_gives_the_same_people_on_every_machine() {
     assert_eq!(scenario, ScenarioRequest::demo(1).generate().unwrap());
     assert_ne!(scenario.people, ScenarioRequest::demo(2).generate().unwrap().people);
     // Written down once; a change means that every published scenario has changed.
-    let first = &scenario.people[0];
+    let Motion::SocialForce { position_m, desired_speed_mps, .. } = scenario.people[0].motion else {
+        panic!("walks by forces")
+    };
     assert_eq!(
-        (first.position_m, first.desired_speed_mps),
+        (position_m, desired_speed_mps),
         ([1.455_516_035_216_825_3, -1.809_418_128_578_201_4], 0.733_749_567_240_483)
     );
 }
@@ -22,14 +24,15 @@ fn people_start_inside_the_arena_apart_from_each_other_and_from_the_robot() {
         let scenario = request.generate().unwrap();
         assert_eq!(scenario.people.len(), 20);
         for (i, person) in scenario.people.iter().enumerate() {
-            assert!(request.arena.contains(person.position_m));
-            assert!(
-                person.goals_m.len() == 3 && person.goals_m.iter().all(|goal| request.arena.contains(*goal))
-            );
-            assert!((0.6..=1.2).contains(&person.desired_speed_mps));
-            let distance = |to: [f64; 2]| (person.position_m[0] - to[0]).hypot(person.position_m[1] - to[1]);
+            let Motion::SocialForce { position_m, goals_m, desired_speed_mps, .. } = &person.motion else {
+                panic!("walks by forces")
+            };
+            assert!(request.arena.contains(*position_m));
+            assert!(goals_m.len() == 3 && goals_m.iter().all(|goal| request.arena.contains(*goal)));
+            assert!((0.6..=1.2).contains(desired_speed_mps));
+            let distance = |to: [f64; 2]| (position_m[0] - to[0]).hypot(position_m[1] - to[1]);
             assert!(distance(request.start.position_m) >= request.clear_of_start_m);
-            assert!(scenario.people[..i].iter().all(|other| distance(other.position_m) >= 0.7));
+            assert!(scenario.people[..i].iter().all(|other| distance(other.start_m()) >= 0.7));
         }
     }
 }
@@ -45,6 +48,8 @@ fn a_smaller_crowd_is_the_beginning_of_a_larger_one() {
 fn a_full_arena_is_reported_instead_of_drawing_forever() {
     let request = ScenarioRequest { count: 1_000, ..ScenarioRequest::demo(1) };
     assert!(matches!(request.generate(), Err(GenerateError::NoRoom { placed: 50.., count: 1_000, .. })));
+    let request = ScenarioRequest { count: usize::MAX, ..ScenarioRequest::demo(1) };
+    assert!(matches!(request.generate(), Err(GenerateError::Scenario(ScenarioError::TooMany { .. }))));
 }
 
 #[test]
@@ -71,6 +76,64 @@ fn demo() -> Scenario {
     ScenarioRequest::demo(1).generate().expect("the demo fits its arena")
 }
 
+fn goals(person: &mut Person) -> &mut Vec<[f64; 2]> {
+    match &mut person.motion {
+        Motion::SocialForce { goals_m, .. } => goals_m,
+        Motion::Bounce { .. } | Motion::Track { .. } => panic!("walks by forces"),
+    }
+}
+
+/// The refusal of the demo with the first person moving by `motion`.
+fn refusal(motion: Motion) -> ScenarioError {
+    let mut scenario = demo();
+    scenario.people[0].motion = motion;
+    scenario.validate().expect_err("cannot be run")
+}
+
+#[test]
+fn a_track_needs_a_position_for_each_of_at_least_two_times() {
+    for (times_s, positions_m) in
+        [(vec![], vec![]), (vec![0.0], vec![[0.0; 2]]), (vec![0.0, 1.0], vec![[0.0; 2]])]
+    {
+        let refused = refusal(Motion::Track { times_s, positions_m });
+        assert!(matches!(refused, ScenarioError::UnevenTrack { .. }), "{refused}");
+    }
+}
+
+#[test]
+fn the_times_of_a_track_rise() {
+    let refused =
+        refusal(Motion::Track { times_s: vec![0.0, 1.0, 1.0], positions_m: vec![[0.0; 2]; 3] }).to_string();
+    assert!(refused.contains("people[0].motion.track.times_s[2]") && refused.contains("rise"), "{refused}");
+}
+
+#[test]
+fn who_bounces_off_walls_starts_between_them() {
+    let refused = refusal(Motion::Bounce { position_m: [0.0, 4.1], velocity_mps: [1.0, 0.0] }).to_string();
+    assert!(refused.contains("people[0].motion.bounce.position_m") && refused.contains("arena"), "{refused}");
+}
+
+#[test]
+fn nobody_is_faster_than_anything() {
+    let refused = refusal(Motion::Bounce { position_m: [1.0, 0.0], velocity_mps: [1e200, 0.0] });
+    assert!(matches!(refused, ScenarioError::TooLarge { .. }), "{refused}");
+}
+
+#[test]
+fn a_robot_that_could_not_be_stopped_is_refused() {
+    let limits = RobotLimits { input_min: [0.25, -0.8], input_max: [1.0, 0.8], axis_speed_mps: None };
+    let refused = Scenario { robot_limits: Some(limits), ..demo() }.validate().unwrap_err();
+    assert!(matches!(refused, ScenarioError::BadLimits { .. }), "{refused}");
+}
+
+#[test]
+fn a_name_can_be_a_part_of_a_file_name() {
+    for name in ["", "a b", "a:b", "../etc", "ü", &"x".repeat(65)] {
+        let refused = Scenario { name: name.to_owned(), ..demo() }.validate();
+        assert!(refused.is_err(), "{name}");
+    }
+}
+
 #[test]
 fn a_negative_radius_is_refused_by_name() {
     let mut scenario = demo();
@@ -82,14 +145,14 @@ fn a_negative_radius_is_refused_by_name() {
 #[test]
 fn a_position_that_is_not_finite_is_refused_by_name() {
     let mut scenario = demo();
-    scenario.people[0].goals_m[1][0] = f64::NAN;
-    assert!(scenario.validate().unwrap_err().to_string().contains("people[0].goals_m"));
+    goals(&mut scenario.people[0])[1][0] = f64::NAN;
+    assert!(scenario.validate().unwrap_err().to_string().contains("people[0].motion.social_force.goals_m"));
 }
 
 #[test]
 fn a_person_without_goals_is_refused() {
     let mut scenario = demo();
-    scenario.people[4].goals_m.clear();
+    goals(&mut scenario.people[4]).clear();
     assert_eq!(scenario.validate(), Err(ScenarioError::NoGoals { id: 5 }));
 }
 

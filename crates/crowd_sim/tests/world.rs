@@ -1,6 +1,9 @@
 //! The world as a whole: the common clock, independence of the crowd from the robot, and the ledger.
 
-use crowd_sim::{PlantSettings, Scenario, ScenarioRequest, StepError, World};
+use crowd_sim::{
+    Contact, CrowdKind, Motion, Person, PlantSettings, Rectangle, RobotLimits, Scenario, ScenarioRequest,
+    StepError, World,
+};
 
 fn demo() -> Scenario {
     ScenarioRequest::demo(1).generate().expect("the demo fits its arena")
@@ -81,14 +84,14 @@ fn driving_straight_to_a_goal_is_accounted_for() {
 #[test]
 fn running_somebody_over_is_one_collision() {
     let mut scenario = demo();
-    scenario.people.truncate(1);
-    let person = &mut scenario.people[0];
-    // Stands still: walks on the spot between two goals within reach.
-    person.position_m = [2.0, 0.3];
-    person.goals_m = vec![[2.0, 0.3]];
+    scenario.people = vec![bouncing([9.0, 3.0], [0.0, 0.0], 1), bouncing([2.0, 0.3], [0.0, 0.0], 2)];
     let mut world = world(&scenario);
     (0..700).for_each(|_| world.step(0.01, [1.0, 0.0]).unwrap());
     assert_eq!(world.ledger().collisions(), 1);
+    let Some(Contact { at_ns, person: 1 }) = world.ledger().first_contact() else { panic!("a contact") };
+    // From −1.5 m at 1 m/s to where the discs of 0.7 m together touch beside each other.
+    let expected_s = 3.5 - (0.7_f64 * 0.7 - 0.3 * 0.3).sqrt();
+    assert!((at_ns as f64 * 1e-9 - expected_s).abs() < 0.011, "{at_ns} ns");
     assert!((world.ledger().min_clearance_m() - (0.3 - 0.7)).abs() < 1e-3);
     assert!(world.ledger().clearance_m() > 2.0);
 }
@@ -103,4 +106,65 @@ fn unusable_steps_leave_the_world_alone() {
     let refused = world.step(0.01, [f64::NAN, 0.0]);
     assert!(matches!(refused, Err(StepError::NonFiniteControl { .. })));
     assert_eq!((world.time_ns(), world.robot().position_m), (0, [-1.5, 0.0]));
+}
+
+fn bouncing(position_m: [f64; 2], velocity_mps: [f64; 2], id: u64) -> Person {
+    Person { id, radius_m: 0.35, motion: Motion::Bounce { position_m, velocity_mps } }
+}
+
+#[test]
+fn people_on_a_track_are_there_while_it_lasts_and_at_no_moment_between_places() {
+    let motion = Motion::Track {
+        times_s: vec![1.0, 1.5, 2.004],
+        positions_m: vec![[4.0, 0.0], [4.5, 0.0], [5.004, 0.0]],
+    };
+    let people = vec![Person { id: 7, radius_m: 0.3, motion }];
+    let mut world = world(&Scenario { people, ..demo() });
+    while world.time_ns() < 3_000_000_000 {
+        world.step(0.002, [0.0, 0.0]).unwrap();
+        let time_s = world.time_ns() as f64 * 1e-9;
+        // Between the crowd's ticks, only who is there at both.
+        let expected = (1.0..=2.0).contains(&time_s);
+        assert_eq!(world.people().len(), usize::from(expected), "at {time_s} s");
+        if let Some(person) = world.people().first() {
+            assert_eq!((person.id, person.index), (7, 0));
+            assert!((person.position_m[0] - (3.0 + time_s)).abs() < 1e-9 && person.velocity_mps[0] > 0.99);
+            assert!((world.ledger().clearance_m() - (4.5 + time_s - 0.65)).abs() < 1e-9);
+        } else {
+            assert_eq!(world.ledger().clearance_m(), f64::INFINITY);
+        }
+    }
+    assert!((world.ledger().min_clearance_m() - (5.5 - 0.65)).abs() < 1e-9);
+}
+
+#[test]
+fn bouncing_people_stay_inside_at_their_speed() {
+    let request = ScenarioRequest { crowd: CrowdKind::Bounce, ..ScenarioRequest::evaluation(5, 15) };
+    let scenario = request.generate().unwrap();
+    let speed = |[x, y]: [f64; 2]| x.hypot(y);
+    let mut world = world(&scenario);
+    let begin: Vec<f64> = world.people().iter().map(|person| speed(person.velocity_mps)).collect();
+    assert!(begin.iter().all(|speed_mps| (0.8..=1.5).contains(speed_mps)), "{begin:?}");
+    let arena = Rectangle { x_m: [-1e-9, 16.0 + 1e-9], y_m: [-5.0 - 1e-9, 5.0 + 1e-9] };
+    let mut turned = 0;
+    for _ in 0..6_000 {
+        let before: Vec<_> = world.people().iter().map(|person| person.velocity_mps).collect();
+        world.step(0.01, [0.0, 0.0]).unwrap();
+        for (person, (before, begin)) in world.people().iter().zip(before.iter().zip(&begin)) {
+            assert!(arena.contains(person.position_m), "{person:?}");
+            assert!((speed(person.velocity_mps) - begin).abs() < 1e-12);
+            turned += usize::from(person.velocity_mps != *before);
+        }
+    }
+    assert!(turned > 50, "{turned} reflections");
+}
+
+#[test]
+fn the_limits_of_a_scenario_hold_whatever_the_robot_is_told() {
+    let limits = RobotLimits { input_min: [0.0, -0.1], input_max: [0.4, 0.1], axis_speed_mps: None };
+    let scenario = Scenario { people: Vec::new(), robot_limits: Some(limits), ..demo() };
+    let mut world = world(&scenario);
+    (0..100).for_each(|_| world.step(0.01, [1.0, 0.5]).unwrap());
+    assert!((world.ledger().path_length_m() - 0.4).abs() < 1e-6);
+    assert!((world.robot().heading_rad - 0.1).abs() < 1e-12);
 }
