@@ -2,8 +2,10 @@
 
 use anyhow::Context;
 use barrier::Model;
+use messages::NominalCommand;
 use reachability::ValueFunction;
-use recording::McapReader;
+use recording::{McapReader, read_wire};
+use report::commanders;
 
 use crate::cli::InspectArgs;
 
@@ -57,6 +59,23 @@ fn recording(args: &InspectArgs) -> anyhow::Result<serde_json::Value> {
             })
         })
         .collect();
+    // A recording of another robot's ROS 2 graph has none.
+    let nominal = read_wire::<NominalCommand>(&args.file).unwrap_or_default();
+    let nominal: Vec<_> = nominal.into_iter().map(|(_, command)| command).collect();
+    let first_ns = summary.log_span_ns.map_or(0, |(first_ns, _)| first_ns);
+    let seconds = |time_ns: u64| time_ns.saturating_sub(first_ns) as f64 * 1e-9;
+    let commanded_by: Vec<_> = commanders(&nominal)
+        .iter()
+        .map(|segment| {
+            serde_json::json!({
+                "controller": segment.name,
+                "from_s": seconds(segment.start_ns),
+                "to_s": seconds(segment.end_ns),
+                "commands": segment.commands,
+                "nobody_before_s": segment.gap_ns as f64 * 1e-9,
+            })
+        })
+        .collect();
     let damage: Vec<_> = summary.damage.iter().map(ToString::to_string).collect();
     Ok(serde_json::json!({
         "profile": summary.profile,
@@ -64,6 +83,7 @@ fn recording(args: &InspectArgs) -> anyhow::Result<serde_json::Value> {
         "duration_s": summary.log_span_ns.map(|(first, last)| (last - first) as f64 * 1e-9),
         "messages": summary.messages,
         "channels": channels,
+        "commanded_by": commanded_by,
         "damage": damage,
     }))
 }

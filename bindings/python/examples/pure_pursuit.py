@@ -4,7 +4,8 @@
     cncbf run --controller external &
     python pure_pursuit.py
 
-Started beside another nominal controller, it waits and takes over once that one has gone.
+Started beside another nominal controller, it waits and takes over once that one has gone. It answers robot states as they come,
+20 times a second at most.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ import cncbf
 CONTROLLER = 1000
 #: A robot state older than this is not answered, ns. The filter brakes on silence.
 MAX_STATE_AGE_NS = 100_000_000
+#: What the next robot state may be early by, ns.
+EARLY_NS = 1_000_000
 #: Who has reached the goal drives on only when this many tolerances away.
 RELEASE_TOLERANCES = 2.0
 
@@ -42,6 +45,11 @@ def distance(state: cncbf.RobotState, goal: cncbf.Goal) -> float:
     return math.dist(state.position_in_odom_m, goal.position_in_odom_m)
 
 
+def is_fresh(state: cncbf.RobotState, now_ns: int) -> bool:
+    """Whether a state may be answered."""
+    return abs(now_ns - state.stamp.valid_at_ns) <= MAX_STATE_AGE_NS
+
+
 def main() -> int:
     """Drives until told to stop."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -60,28 +68,38 @@ def main() -> int:
             states = node.subscriber(cncbf.RobotState, stop=stop)
             goals = node.subscriber(cncbf.Goal, stop=stop)
             commands = node.publisher(cncbf.NominalCommand, stop=stop)
+            wake_up = node.wake_up(stop=stop)
         except cncbf.PortUnavailable as unavailable:
             logging.info("%s", unavailable)
             return 0 if stop.requested else 1
         logging.info("commands")
-        drive(args, stop, states, goals, commands)
+        drive(args, stop, wake_up, states, goals, commands)
     return 0
 
 
-def drive(args, stop, states, goals, commands) -> None:
+def drive(
+    args: argparse.Namespace,
+    stop: cncbf.Stop,
+    wake_up: cncbf.WakeUp,
+    states: cncbf.Subscriber[cncbf.RobotState],
+    goals: cncbf.Subscriber[cncbf.Goal],
+    commands: cncbf.Publisher[cncbf.NominalCommand],
+) -> None:
     """The control loop."""
     state = goal = None
-    received_ns = sequence = 0
+    received_ns = sequence = due_ns = 0
     tolerance = args.tolerance
-    for now_ns in cncbf.ticks(args.period, stop):
+    period_ns = round(args.period * 1e9)
+    while not stop.requested:
+        now_ns = cncbf.now_ns()
         if (newer := states.newest()) is not None:
             state, received_ns = newer, now_ns
         goal = goals.newest() or goal
-        if state is None or goal is None:
+        if state is None or goal is None or now_ns < due_ns or not is_fresh(state, now_ns):
+            wake_up.wait(now_ns + period_ns)
             continue
-        age_ns = now_ns - state.stamp.valid_at_ns
-        if not -MAX_STATE_AGE_NS <= age_ns <= MAX_STATE_AGE_NS:
-            continue
+        # A little less than a period, for the next state may come a little early.
+        due_ns = now_ns + period_ns - EARLY_NS
         arrived = distance(state, goal) <= tolerance
         tolerance = RELEASE_TOLERANCES * args.tolerance if arrived else args.tolerance
         control = (0.0, 0.0) if arrived else pursue(state, goal, args)

@@ -4,9 +4,11 @@
 
     stop = cncbf.Stop()
     with cncbf.Node("my_controller") as node:
-        states = node.subscriber(cncbf.RobotState)
+        states = node.subscriber(cncbf.RobotState, stop=stop)
         commands = node.publisher(cncbf.NominalCommand, stop=stop)
-        for _ in cncbf.ticks(0.05, stop):
+        wake_up = node.wake_up(stop=stop)
+        while not stop.requested:
+            wake_up.wait(cncbf.now_ns() + 50_000_000)
             state = states.newest()
             ...
             commands.send(command)
@@ -15,6 +17,16 @@
 from . import messages
 from .loop import Stop, now_ns, ticks
 from .messages import *  # noqa: F403
-from .ports import Node, PortUnavailable, Publisher, Subscriber
+from .ports import Node, PortUnavailable, Publisher, Subscriber, WakeUp
 
-__all__ = [*messages.__all__, "Node", "PortUnavailable", "Publisher", "Stop", "Subscriber", "now_ns", "ticks"]
+__all__ = [
+    *messages.__all__,
+    "Node",
+    "PortUnavailable",
+    "Publisher",
+    "Stop",
+    "Subscriber",
+    "WakeUp",
+    "now_ns",
+    "ticks",
+]
