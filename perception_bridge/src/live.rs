@@ -4,7 +4,7 @@
 //! ([`reader`]), one publishes commands ([`commander`]). The bridge's loop only takes from and puts into bounded queues, whose
 //! places exist before it begins; what finds no place is dropped and counted.
 //!
-//! Not here: simulated time (`/clock`), and any transform that this stack would publish.
+//! Not here: any transform that this stack would publish.
 
 mod arrival;
 mod board;
@@ -16,11 +16,14 @@ mod filter_state;
 mod graph;
 mod hand_over;
 mod input;
+mod inputs;
 mod intake;
 mod outlet;
 mod painter;
+mod path;
 mod reader;
 mod speaker;
+mod timebase;
 mod watch;
 
 use std::sync::Arc;
@@ -69,6 +72,8 @@ pub struct RosSource {
     next_command_ns: u64,
     /// When a command was last given, ns, and which: `[m/s, rad/s]`.
     commanded: (u64, [f64; 2]),
+    /// Whether the robot's own controller commands what the filter filters.
+    heeds_upstream: bool,
     goal_tolerance_m: f64,
     goal: Option<Goal>,
     goal_reached: bool,
@@ -90,11 +95,19 @@ impl RosSource {
             RobotKind::DoubleIntegrator => return Err(RosError::TakesAccelerations),
         }
         let ros2 = settings.source.ros2.clone().unwrap_or_else(Ros2Settings::customary);
+        if let Some(topic) = ros2.nominal_topic.as_deref().map(|topic| ros2.absolute(topic))
+            && !shadow
+            && topic == ros2.absolute(&ros2.command_topic)
+        {
+            return Err(RosError::HearsItself { topic });
+        }
         let mut graph = Graph::join(&ros2, Environment::read()?)?;
-        let commander = if shadow { None } else { Some(Commander::start(&mut graph, &ros2)?) };
+        let intake = Intake::new(settings);
+        let commander =
+            if shadow { None } else { Some(Commander::start(&mut graph, &ros2, intake.ros_time())?) };
         let (hand_over, events) = HandOver::new();
         let (counters, waker) = (hand_over.counters(), hand_over.waker());
-        let reader = Reader::start(&mut graph, &settings.source, &ros2, Intake::new(settings), hand_over)?;
+        let reader = Reader::start(&mut graph, &settings.source, &ros2, intake, hand_over)?;
         Ok(Self {
             events,
             counters,
@@ -109,6 +122,7 @@ impl RosSource {
             period_ns: ros2.command_period_ms * NS_PER_MS,
             next_command_ns: 0,
             commanded: (0, [0.0; 2]),
+            heeds_upstream: ros2.nominal_topic.is_some(),
             goal_tolerance_m: settings.nominal.goal_tolerance_m,
             goal: None,
             goal_reached: false,
@@ -137,7 +151,7 @@ impl RosSource {
         self.accepted += 1;
         match event {
             BridgeEvent::RobotState(state) => self.note_robot(state),
-            BridgeEvent::Detections(_) => {}
+            BridgeEvent::Detections(_) | BridgeEvent::NominalCommand(_) => {}
             BridgeEvent::Goal(goal) => {
                 // Said again, it is still the goal that was reached.
                 let aim = |goal: &Goal| (goal.position_in_odom_m, goal.heading_rad);
@@ -178,6 +192,10 @@ impl Source for RosSource {
         // The robot is safe without: what is not told is in the log and in the recording.
         self.speaker =
             speaker.inspect_err(|error| tracing::warn!(%error, "ROS 2 is not told how the stack is")).ok();
+    }
+
+    fn gives_nominal_commands(&self) -> bool {
+        self.heeds_upstream
     }
 
     fn next_due_ns(&self) -> Option<u64> {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use messages::{Detections, Goal, ProcessId, Reason, RobotState, SafeCommand, SourceStatus};
+use messages::{Detections, Goal, NominalCommand, ProcessId, Reason, RobotState, SafeCommand, SourceStatus};
 use node_runtime::{
     Clock, HealthReporter, Node, Notices, Pacing, ProcessLoop, Publisher, RealClock, Shutdown, Subscriber,
     Tick, Waker, Work,
@@ -58,6 +58,10 @@ pub struct BridgeProcess {
     robot_states: Publisher<RobotState>,
     detections: Publisher<Detections>,
     goals: Publisher<Goal>,
+    /// Only where the robot's own controller is the nominal one.
+    nominal_commands: Option<Publisher<NominalCommand>>,
+    /// When the newest robot state was published, ns.
+    robot_published_ns: u64,
     status: Publisher<SourceStatus>,
     estimator: Waker,
     nominal: Waker,
@@ -73,12 +77,16 @@ impl BridgeProcess {
     /// # Errors
     /// If one of them cannot be opened.
     pub fn open(source: Box<dyn Source>, node: &Node) -> anyhow::Result<Self> {
+        let nominal_commands = source.gives_nominal_commands().then(|| node.publisher()).transpose();
         Ok(Self {
             source,
             commands: node.subscriber().context("safe commands")?,
             robot_states: node.publisher().context("robot states")?,
             detections: node.publisher().context("detections")?,
             goals: node.publisher().context("goals")?,
+            nominal_commands: nominal_commands
+                .context("nominal commands, which source.ros2.nominal_topic makes the bridge's own")?,
+            robot_published_ns: 0,
             status: node.publisher().context("source status")?,
             estimator: node.waker(ProcessId::Estimator).context("the estimator's wake-up")?,
             nominal: node.waker(ProcessId::Nominal).context("the nominal controller's wake-up")?,
@@ -97,6 +105,7 @@ impl BridgeProcess {
             BridgeEvent::RobotState(message) => {
                 let mut message = *message;
                 message.stamp.published_ns = published_ns;
+                self.robot_published_ns = published_ns;
                 let sent = self.robot_states.send(&message);
                 self.nominal.wake();
                 sent
@@ -112,6 +121,12 @@ impl BridgeProcess {
                 let mut message = *message;
                 message.stamp.published_ns = published_ns;
                 self.goals.send(&message)
+            }
+            BridgeEvent::NominalCommand(message) => {
+                let mut message = *message;
+                message.stamp.published_ns = published_ns;
+                message.bridge_published_ns = self.robot_published_ns;
+                self.nominal_commands.as_mut().map_or(Ok(()), |port| port.send(&message))
             }
         };
         match sent {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use messages::{Detections, Goal, RobotState, SafeCommand, SourceStatus};
+use messages::{Detections, Goal, NominalCommand, RobotState, SafeCommand, SourceStatus};
 use node_runtime::Waker;
 use settings::Settings;
 
@@ -74,6 +74,8 @@ pub enum BridgeEvent {
     Detections(Detections),
     /// Where the robot shall go.
     Goal(Goal),
+    /// What the robot would do without this stack. `bridge_published_ns` is the sender's, too.
+    NominalCommand(NominalCommand),
 }
 
 /// A source of sensor messages: a recording, a simulation, a live graph.
@@ -86,6 +88,11 @@ pub trait Source {
 
     /// Is told which stack it serves, and what can draw that stack's barrier. Only a source with somebody to tell needs it.
     fn serve(&mut self, _instance: &str, _zero_level: Option<ZeroLevelOf>) {}
+
+    /// Whether it gives nominal commands; nobody else may then give any.
+    fn gives_nominal_commands(&self) -> bool {
+        false
+    }
 
     /// When the next event is due; `None` once the source has nothing more to give.
     fn next_due_ns(&self) -> Option<u64>;

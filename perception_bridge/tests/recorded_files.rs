@@ -38,7 +38,7 @@ fn play(source: &mut dyn Source, milliseconds: u64) -> Vec<BridgeEvent> {
 fn frames(events: &[BridgeEvent]) -> Vec<Detections> {
     let frame = |event: &BridgeEvent| match event {
         BridgeEvent::Detections(frame) => Some(*frame),
-        BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) => None,
+        BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) | BridgeEvent::NominalCommand(_) => None,
     };
     events.iter().filter_map(frame).collect()
 }
@@ -46,7 +46,7 @@ fn frames(events: &[BridgeEvent]) -> Vec<Detections> {
 fn states(events: &[BridgeEvent]) -> Vec<RobotState> {
     let state = |event: &BridgeEvent| match event {
         BridgeEvent::RobotState(state) => Some(*state),
-        BridgeEvent::Detections(_) | BridgeEvent::Goal(_) => None,
+        BridgeEvent::Detections(_) | BridgeEvent::Goal(_) | BridgeEvent::NominalCommand(_) => None,
     };
     events.iter().filter_map(state).collect()
 }
@@ -73,6 +73,7 @@ fn our_own_recording_of_a_simulation_plays_back_exactly_what_was_published() {
                 message.stamp.published_ns = message.stamp.ingress_ns;
                 recorder.record(message.stamp.published_ns, message)
             }
+            BridgeEvent::NominalCommand(_) => panic!("a simulation has no controller of its own"),
         };
         assert!(recorded);
     }
@@ -100,6 +101,7 @@ fn the_ros_side_of_our_recording_gives_the_same_up_to_what_ros_cannot_say() {
             BridgeEvent::RobotState(message) => recorder.record(message.stamp.ingress_ns, message),
             BridgeEvent::Detections(message) => recorder.record(message.stamp.ingress_ns, message),
             BridgeEvent::Goal(message) => recorder.record(message.stamp.ingress_ns, message),
+            BridgeEvent::NominalCommand(message) => recorder.record(message.stamp.ingress_ns, message),
         };
     }
     recorder.finish().unwrap();

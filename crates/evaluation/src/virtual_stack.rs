@@ -124,6 +124,8 @@ impl VirtualStack {
                     self.goal = Some(goal);
                     observe(now_ns, goal.into());
                 }
+                // Only a live robot's own controller gives these; its place is taken by the one of the settings here.
+                BridgeEvent::NominalCommand(_) => {}
             }
         }
         new_obstacles

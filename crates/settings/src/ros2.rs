@@ -8,6 +8,9 @@ use crate::error::{Checked, positive, positive_ms, require};
 /// Longest time between two commands, ms: drivers stop their robot where none comes for half a second.
 const LONGEST_COMMAND_PERIOD_MS: u64 = 250;
 
+/// How far ahead on a path the goal lies where nobody says otherwise, m.
+const LOOKAHEAD_M: f64 = 1.5;
+
 /// The bridge as a node of a ROS 2 graph. Which domain, and whether other machines are heard, the environment says
 /// (`ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`), as for every ROS 2 program.
 ///
@@ -62,6 +65,24 @@ pub enum ObstacleMessage {
     /// Tracks with identities, shapes and velocities.
     #[serde(rename = "autoware_perception_msgs/TrackedObjects")]
     TrackedObjects,
+    /// People with names and velocities, without extents.
+    #[serde(rename = "people_msgs/People")]
+    People,
+    /// Detected and tracked objects of vehicles, with shapes and velocities.
+    #[serde(rename = "derived_object_msgs/ObjectArray")]
+    DerivedObjects,
+    /// Simulated people of HuNavSim 2 (with `AgentBehavior` and behaviour trees), with radii and velocities.
+    #[serde(rename = "hunav_msgs/Agents")]
+    Agents,
+    /// The same of HuNavSim 1 (Foxy, Humble), whose message bears the same name.
+    #[serde(rename = "hunav_msgs/Agents of HuNavSim 1")]
+    AgentsOfHunav1,
+    /// Nav2's tracked obstacles, with extents and velocities.
+    #[serde(rename = "nav2_dynamic_msgs/ObstacleArray")]
+    DynamicObstacles,
+    /// Cylinders, spheres and cubes drawn for a viewer, with identities, without velocities.
+    #[serde(rename = "visualization_msgs/MarkerArray")]
+    MarkerArray,
 }
 
 /// Messages that command a velocity.
@@ -114,6 +135,16 @@ impl Ros2Settings {
         }
     }
 
+    /// Whether stamps are of `/clock`.
+    pub fn uses_sim_time(&self) -> bool {
+        self.use_sim_time.unwrap_or(false)
+    }
+
+    /// How far ahead on a path the goal lies, m.
+    pub fn lookahead_m(&self) -> f64 {
+        self.path_lookahead_m.unwrap_or(LOOKAHEAD_M)
+    }
+
     /// The robot's own commands take the nominal controller's place, so that nobody else may have it.
     pub(crate) fn validate_controller(&self, controller: ControllerKind) -> Checked {
         require(
@@ -145,6 +176,12 @@ impl Ros2Settings {
         if let Some(lookahead_m) = self.path_lookahead_m {
             positive("source.ros2.path_lookahead_m", lookahead_m)?;
         }
+        require(
+            self.nominal_topic.is_none() || self.path_topic.is_none(),
+            "source.ros2.path_topic",
+            self.path_topic.as_deref().unwrap_or_default(),
+            "absent where nominal_topic is given: the robot's own controller follows its own path",
+        )?;
         positive_ms("source.ros2.command_period_ms", self.command_period_ms)?;
         require(
             self.command_period_ms <= LONGEST_COMMAND_PERIOD_MS,

@@ -1,11 +1,7 @@
-//! When something arrived, and what a stamp on the date's clock means on the stack's.
+//! When something arrived, on both clocks of the machine.
 
-use messages::Reason;
 use node_runtime::{Clock, RealClock};
-use recording::ros2::Time;
 use rustix::time::{ClockId, clock_gettime};
-
-use crate::plausible::plausible;
 
 /// Readings farther apart than this are repeated: the thread was interrupted between them, ns.
 const APART_NS: u64 = 20_000;
@@ -46,20 +42,6 @@ impl Arrival {
         }
         arrival
     }
-
-    /// When a message with this stamp, which arrived now, was measured. One without a stamp holds when it arrives.
-    ///
-    /// # Errors
-    /// [`Reason::FutureStamp`] and [`Reason::MalformedInput`] for a stamp of another clock, or one made before the date was set.
-    pub(super) fn measured(self, stamp: &Time) -> Result<Measured, Reason> {
-        let Some(stamp_ns) = stamp.to_ns() else {
-            return Ok(Measured { valid_at_ns: self.stack_ns, source_ns: self.wall_ns });
-        };
-        plausible(self.wall_ns, stamp_ns)?;
-        // Both are near the arrival, so their difference fits.
-        let ahead_ns = stamp_ns.cast_signed() - self.wall_ns.cast_signed();
-        Ok(Measured { valid_at_ns: self.stack_ns.saturating_add_signed(ahead_ns), source_ns: stamp_ns })
-    }
 }
 
 #[cfg(test)]
@@ -67,23 +49,6 @@ mod tests {
     use super::*;
 
     const S: u64 = 1_000_000_000;
-    const NOW: Arrival = Arrival { stack_ns: 50 * S, wall_ns: 1_700_000_000 * S };
-
-    #[test]
-    fn a_stamp_moves_to_the_stack_clock_with_its_age() {
-        let measured = NOW.measured(&Time::from_ns(NOW.wall_ns - S / 10)).expect("an honest stamp");
-        assert_eq!(measured, Measured { valid_at_ns: 50 * S - S / 10, source_ns: NOW.wall_ns - S / 10 });
-        let unstamped = NOW.measured(&Time::default()).expect("allowed");
-        assert_eq!(unstamped, Measured { valid_at_ns: 50 * S, source_ns: NOW.wall_ns });
-    }
-
-    #[test]
-    fn stamps_of_other_clocks_are_refused() {
-        let of = |stamp_ns: u64| NOW.measured(&Time::from_ns(stamp_ns));
-        assert_eq!(of(NOW.wall_ns + S), Err(Reason::FutureStamp));
-        assert_eq!(of(NOW.wall_ns - 11 * S), Err(Reason::MalformedInput));
-        assert_eq!(of(1_234 * S), Err(Reason::MalformedInput), "simulated time");
-    }
 
     #[test]
     fn both_clocks_are_read() {

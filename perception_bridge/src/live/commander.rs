@@ -4,13 +4,13 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use recording::ros2::{Header, Time, Twist, TwistStamped, Vector3};
+use recording::ros2::{Header, Twist, TwistStamped, Vector3};
 use settings::{CommandMessage, Ros2Settings};
 
-use super::arrival::Arrival;
 use super::error::RosError;
 use super::graph::Graph;
 use super::outlet::Outlet;
+use super::timebase::RosTime;
 
 /// Commands that may wait. More would only be older.
 const PLACES: usize = 2;
@@ -28,16 +28,16 @@ pub(super) struct Commander {
 /// The topic, with the type that the settings name.
 enum Port {
     Plain(Outlet<Twist>),
-    Stamped(Outlet<TwistStamped>),
+    Stamped(Outlet<TwistStamped>, RosTime),
 }
 
 impl Commander {
-    /// Opens the topic and starts the thread.
-    pub(super) fn start(graph: &mut Graph, ros2: &Ros2Settings) -> Result<Self, RosError> {
+    /// Opens the topic and starts the thread. `time` is what commands are stamped with.
+    pub(super) fn start(graph: &mut Graph, ros2: &Ros2Settings, time: RosTime) -> Result<Self, RosError> {
         let topic = ros2.absolute(&ros2.command_topic);
         let port = match ros2.command {
             CommandMessage::Twist => Port::Plain(graph.publish(&topic)?),
-            CommandMessage::TwistStamped => Port::Stamped(graph.publish(&topic)?),
+            CommandMessage::TwistStamped => Port::Stamped(graph.publish(&topic)?, time),
         };
         let (commands, queue) = sync_channel(PLACES);
         let span = tracing::Span::current();
@@ -89,9 +89,8 @@ impl Port {
         };
         match self {
             Self::Plain(port) => port.publish(twist),
-            Self::Stamped(port) => {
-                let header =
-                    Header { stamp: Time::from_ns(Arrival::now().wall_ns), frame_id: BASE_FRAME.to_owned() };
+            Self::Stamped(port, time) => {
+                let header = Header { stamp: time.now(), frame_id: BASE_FRAME.to_owned() };
                 port.publish(TwistStamped { header, twist })
             }
         }

@@ -32,6 +32,15 @@ pub enum RosError {
     /// The robot is commanded by acceleration.
     #[error("robot.kind: a live ROS 2 robot is commanded by velocity; use `unicycle`")]
     TakesAccelerations,
+    /// The robot's own commands would be heard where the filtered ones leave.
+    #[error(
+        "source.ros2.nominal_topic and source.ros2.command_topic are both {topic}: the bridge would hear itself; \
+         let the robot's controller publish on another topic, such as cmd_vel_smoothed"
+    )]
+    HearsItself {
+        /// The topic's full name.
+        topic: String,
+    },
     /// The system refused a thread.
     #[error("cannot start a thread ({cause}); does a limit on processes (`ulimit -u`) forbid it?")]
     Thread {

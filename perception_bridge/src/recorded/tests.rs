@@ -132,6 +132,7 @@ fn the_rhythm_of_polling_changes_nothing_but_the_ingress() {
                     BridgeEvent::RobotState(message) => message.stamp.ingress_ns = 0,
                     BridgeEvent::Detections(message) => message.stamp.ingress_ns = 0,
                     BridgeEvent::Goal(message) => message.stamp.ingress_ns = 0,
+                    BridgeEvent::NominalCommand(_) => panic!("a recording commands nobody"),
                 }
             }
             events
@@ -309,7 +310,7 @@ fn of_a_thousand_people_the_nearest_are_kept_and_the_others_counted() {
         let found = events(&mut source(&settings(), &messages, false), 10 * MS);
         let frame = found.iter().find_map(|event| match event {
             BridgeEvent::Detections(frame) => Some(frame),
-            BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) => None,
+            BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) | BridgeEvent::NominalCommand(_) => None,
         });
         let frame = frame.expect("a frame");
         assert_eq!((frame.count, frame.left_out), (64, left_out));
@@ -336,7 +337,7 @@ fn poses_are_anonymous_and_a_recorded_goal_is_driven_to() {
         if frame.items[0].track_id == 0 && frame.items[0].radius_m == 0.35)));
     let goals = found.iter().filter_map(|event| match event {
         BridgeEvent::Goal(goal) => Some((goal.position_in_odom_m, goal.heading_rad)),
-        BridgeEvent::RobotState(_) | BridgeEvent::Detections(_) => None,
+        BridgeEvent::RobotState(_) | BridgeEvent::Detections(_) | BridgeEvent::NominalCommand(_) => None,
     });
     assert!(
         goals.into_iter().all(|(position, heading)| position == [0.2, 0.0] && (heading - 1.0).abs() < 1e-12)
@@ -455,6 +456,7 @@ fn played(rate: f64, passes: u32) -> (McapSource, Vec<(u64, BridgeEvent)>) {
         BridgeEvent::RobotState(message) => message.stamp.valid_at_ns - 50 * S,
         BridgeEvent::Detections(message) => message.stamp.valid_at_ns - 50 * S,
         BridgeEvent::Goal(message) => message.stamp.valid_at_ns - 50 * S,
+        BridgeEvent::NominalCommand(_) => panic!("a recording commands nobody"),
     };
     (source, found.into_iter().map(|event| (valid_ns(&event), event)).collect())
 }
@@ -488,7 +490,7 @@ fn passes_follow_each_other_as_one_recording() {
     assert_eq!(thrice.counts(), PlaybackCounts { robot_states: 30, frames: 30, people: 30 });
     let sequences = found.iter().filter_map(|(_, event)| match event {
         BridgeEvent::Detections(frame) => Some((frame.stamp.sequence, frame.stamp.source_ns)),
-        BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) => None,
+        BridgeEvent::RobotState(_) | BridgeEvent::Goal(_) | BridgeEvent::NominalCommand(_) => None,
     });
     let (counted, sensor_ns): (Vec<u64>, Vec<u64>) = sequences.unzip();
     assert_eq!(counted, (1..=30).collect::<Vec<_>>());

@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use messages::DetectionFlags;
-use recording::ros2::{Detection3D, Pose, Quaternion, Time, TrackedObject, Transform, Vector3};
+use recording::ros2::{
+    Detection3D, Detection3DArray, Pose, PoseArray, Quaternion, Time, TrackedObject, TrackedObjects,
+    Transform, Vector3,
+};
 
 use super::*;
 
@@ -82,13 +85,14 @@ fn future_backward_and_foreign_stamps_are_refused_and_cost_nothing_later() {
     assert_eq!(refusal(&mut intake, 980 * MS, 1_021 * MS), Some(Reason::BackwardStamp));
     let mut simulated = odometry(0, 0.0);
     simulated.header.stamp = Time::from_ns(77 * S);
-    assert_eq!(intake.odometry(&simulated, at(1_022 * MS)).err(), Some(Reason::MalformedInput));
+    assert_eq!(intake.odometry(&simulated, at(1_022 * MS)).err(), Some(Reason::ForeignClock));
     assert_eq!(refusal(&mut intake, 1_040 * MS, 1_041 * MS), None);
-    // The date jumps back by an hour, for publisher and stack alike: the stack clock does not notice.
+    // The date jumps back by an hour, for publisher and stack alike: one message is refused, then the new date holds.
     let hour_ns = 3_600 * S;
     let mut later = odometry(1_060 * MS, 0.0);
     later.header.stamp = Time::from_ns(EPOCH_NS + 1_060 * MS - hour_ns);
     let jumped = Arrival { stack_ns: 1_061 * MS, wall_ns: EPOCH_NS + 1_061 * MS - hour_ns };
+    assert_eq!(intake.odometry(&later, jumped).err(), Some(Reason::ClockJump));
     let event = intake.odometry(&later, jumped);
     assert!(matches!(event, Ok(BridgeEvent::RobotState(state)) if state.stamp.valid_at_ns == 1_060 * MS));
     // One that was under way meanwhile bears the old date.
@@ -99,18 +103,18 @@ fn future_backward_and_foreign_stamps_are_refused_and_cost_nothing_later() {
 fn obstacles_need_a_frame_that_leads_to_odom_whatever_the_settings_assume_of_recordings() {
     let mut intake = intake();
     let frame = boxes("laser", 1_000 * MS, &[[2.0, 0.0]]);
-    assert_eq!(intake.boxes(&frame, at(1_001 * MS)).err(), Some(Reason::NoTransform));
+    assert_eq!(intake.obstacles(&frame, at(1_001 * MS)).err(), Some(Reason::NoTransform));
     let laser = transform("base_link", "laser", 0, 0.5);
     assert_eq!(intake.transforms(&laser, true, at(1_002 * MS)), Ok(()));
-    assert_eq!(intake.boxes(&frame, at(1_003 * MS)).err(), Some(Reason::NoTransform));
+    assert_eq!(intake.obstacles(&frame, at(1_003 * MS)).err(), Some(Reason::NoTransform));
     intake.odometry(&odometry(1_000 * MS, 10.0), at(1_004 * MS)).expect("sound");
-    let found = people(intake.boxes(&frame, at(1_005 * MS)));
+    let found = people(intake.obstacles(&frame, at(1_005 * MS)));
     assert_eq!(found.as_slice()[0].position_in_odom_m, [12.5, 0.0]);
     // Where the robot is was last said too long ago.
     let late = boxes("laser", 1_600 * MS, &[[2.0, 0.0]]);
-    assert_eq!(intake.boxes(&late, at(1_601 * MS)).err(), Some(Reason::NoTransform));
+    assert_eq!(intake.obstacles(&late, at(1_601 * MS)).err(), Some(Reason::NoTransform));
     let in_odom = boxes("odom", 1_600 * MS, &[[2.0, 0.0]]);
-    assert_eq!(people(intake.boxes(&in_odom, at(1_602 * MS))).count, 1, "needs no transform");
+    assert_eq!(people(intake.obstacles(&in_odom, at(1_602 * MS))).count, 1, "needs no transform");
 }
 
 #[test]
@@ -125,7 +129,7 @@ fn where_tf_places_the_robot_odometry_does_not() {
         );
     }
     intake.odometry(&odometry(1_020 * MS, 11.0), at(1_020 * MS)).expect("sound");
-    let found = people(intake.boxes(&boxes("base_link", 1_020 * MS, &[[1.0, 0.0]]), at(1_021 * MS)));
+    let found = people(intake.obstacles(&boxes("base_link", 1_020 * MS, &[[1.0, 0.0]]), at(1_021 * MS)));
     assert_eq!(found.as_slice()[0].position_in_odom_m, [21.0, 0.0]);
 }
 
@@ -135,7 +139,7 @@ fn a_crowd_beyond_capacity_keeps_the_nearest_and_unsound_ones_do_not_cost_the_ot
     intake.odometry(&odometry(1_000 * MS, 100.0), at(1_000 * MS)).expect("sound");
     let mut places: Vec<_> = (0..400).map(|index| [f64::from(index), 0.0]).collect();
     places[7][0] = f64::NAN;
-    let frame = people(intake.boxes(&boxes("odom", 1_000 * MS, &places), at(1_001 * MS)));
+    let frame = people(intake.obstacles(&boxes("odom", 1_000 * MS, &places), at(1_001 * MS)));
     assert_eq!((frame.count as usize, frame.left_out as usize), (MAX_OBSTACLES, 399 - MAX_OBSTACLES));
     assert_eq!(frame.as_slice()[0].position_in_odom_m, [100.0, 0.0]);
     assert_eq!(intake.refused_detections(), 1);
@@ -146,11 +150,11 @@ fn positions_and_tracks_are_obstacles_too() {
     let mut intake = intake();
     let pose = Pose { orientation: Quaternion::from_heading(0.0), ..Pose::default() };
     let poses = PoseArray { header: header("odom", 1_000 * MS), poses: vec![pose; 3] };
-    assert_eq!(people(intake.poses(&poses, at(1_000 * MS))).count, 3);
+    assert_eq!(people(intake.obstacles(&poses, at(1_000 * MS))).count, 3);
     let mut object = TrackedObject::default();
     object.kinematics.is_stationary = true;
     let tracks = TrackedObjects { header: header("odom", 1_050 * MS), objects: vec![object] };
-    let frame = people(intake.tracks(&tracks, at(1_051 * MS)));
+    let frame = people(intake.obstacles(&tracks, at(1_051 * MS)));
     assert_eq!(frame.as_slice()[0].flags, DetectionFlags::HAS_VELOCITY);
     assert_eq!(frame.stamp.sequence, 2);
 }
@@ -169,4 +173,176 @@ fn a_goal_holds_from_its_arrival_on() {
     assert_eq!(intake.goal(&goal, at(61 * S)).err(), Some(Reason::NoTransform), "/tf fell silent");
     goal.header.frame_id = "odom".to_owned();
     assert_eq!(intake.goal(&goal, at(61 * S)).err(), Some(Reason::MalformedInput), "no orientation");
+}
+
+fn clock(sim_ns: u64) -> Clock {
+    Clock { clock: Time::from_ns(sim_ns) }
+}
+
+/// An intake whose place in the graph `change` has changed.
+fn intake_with(change: impl FnOnce(&mut Ros2Settings)) -> Intake {
+    let text = include_str!("../../../../config/ground_robot.toml");
+    let settings = Settings::parse(text, Path::new("shipped"), Path::new("."));
+    let mut settings = settings.expect("shipped settings");
+    let mut ros2 = Ros2Settings::customary();
+    change(&mut ros2);
+    settings.source.ros2 = Some(ros2);
+    Intake::new(&settings)
+}
+
+fn simulated(sim_ns: u64, x: f64) -> Odometry {
+    let mut message = odometry(0, x);
+    message.header.stamp = Time::from_ns(sim_ns);
+    message
+}
+
+#[test]
+fn a_simulation_that_begins_anew_is_followed_into_its_new_time() {
+    let mut intake = intake_with(|ros2| ros2.use_sim_time = Some(true));
+    assert_eq!(intake.odometry(&simulated(5 * S, 0.0), at(50 * S)).err(), Some(Reason::ForeignClock));
+    intake.transforms(&transform("base_link", "laser", 0, 0.5), true, at(50 * S)).expect("static");
+    assert_eq!(intake.clock(&clock(5 * S), at(50 * S)), Ok(()));
+    let event = intake.odometry(&simulated(5 * S - 20 * MS, 3.0), at(50 * S));
+    assert!(
+        matches!(event, Ok(BridgeEvent::RobotState(state)) if state.stamp.valid_at_ns == 50 * S - 20 * MS)
+    );
+    assert_eq!(intake.odometry(&odometry(50 * S, 3.0), at(50 * S)).err(), Some(Reason::ForeignClock));
+    assert!(intake.upstream(&Twist::default(), None, at(50 * S)).is_ok());
+    // Reset: what was known of moving frames and of the robot is of another time.
+    assert_eq!(intake.clock(&clock(S / 10), at(50 * S + 30 * MS)), Err(Reason::ClockJump));
+    let mut frame = boxes("laser", 0, &[[2.0, 0.0]]);
+    frame.header.stamp = Time::from_ns(S / 10);
+    assert_eq!(intake.obstacles(&frame, at(50 * S + 31 * MS)).err(), Some(Reason::NoTransform));
+    let answer = intake.upstream(&Twist::default(), None, at(50 * S + 31 * MS));
+    assert_eq!(answer.err(), Some(Reason::NoRobotState));
+    assert_eq!(
+        intake.odometry(&simulated(5 * S, 3.0), at(50 * S + 32 * MS)).err(),
+        Some(Reason::FutureStamp)
+    );
+    assert!(intake.odometry(&simulated(S / 10, 0.0), at(50 * S + 33 * MS)).is_ok());
+    let found = people(intake.obstacles(&frame, at(50 * S + 34 * MS)));
+    assert_eq!(found.as_slice()[0].position_in_odom_m, [2.5, 0.0]);
+}
+
+#[test]
+fn an_upstream_command_answers_the_newest_robot_state() {
+    let mut intake = intake_with(|ros2| ros2.nominal_topic = Some("cmd_vel_smoothed".to_owned()));
+    let mut twist = Twist::default();
+    (twist.linear.x, twist.linear.y, twist.angular.z) = (0.4, 9.0, -0.2);
+    assert_eq!(intake.upstream(&twist, None, at(999 * MS)).err(), Some(Reason::NoRobotState));
+    let Ok(BridgeEvent::RobotState(state)) = intake.odometry(&odometry(1_000 * MS, 2.0), at(1_002 * MS))
+    else {
+        panic!("refused")
+    };
+    let Ok(BridgeEvent::NominalCommand(command)) = intake.upstream(&twist, None, at(1_010 * MS)) else {
+        panic!("refused")
+    };
+    assert_eq!(command.stamp, Stamp { sequence: 1, ..state.stamp });
+    assert_eq!((command.control, command.received_ns), ([0.4, -0.2], 1_010 * MS));
+    let codes = (command.control_kind, command.intent, command.controller);
+    assert_eq!(codes, (ControlKind::Unicycle.code(), Intent::Drive.code(), Controller::Upstream.code()));
+    // With stamps, age and order count.
+    let old = header("base_link", 1_000 * MS);
+    assert!(intake.upstream(&twist, Some(&old), at(1_080 * MS)).is_err(), "older than one without a stamp");
+    let late = header("base_link", 1_011 * MS);
+    assert_eq!(intake.upstream(&twist, Some(&late), at(1_200 * MS)).err(), Some(Reason::StaleNominalCommand));
+    let fresh = header("base_link", 1_190 * MS);
+    assert!(intake.upstream(&twist, Some(&fresh), at(1_200 * MS)).is_ok());
+    twist.angular.z = f64::NAN;
+    let refused = intake.upstream(&twist, None, at(1_210 * MS)).err();
+    assert_eq!(refused, Some(Reason::NonFiniteNominalCommand));
+}
+
+fn path(places: &[[f64; 2]]) -> recording::ros2::Path {
+    let poses = places.iter().map(|[x, y]| {
+        let mut pose = PoseStamped::default();
+        (pose.pose.position.x, pose.pose.position.y) = (*x, *y);
+        pose
+    });
+    recording::ros2::Path { header: header("odom", 0), poses: poses.collect() }
+}
+
+fn place(event: Option<BridgeEvent>) -> Option<[f64; 2]> {
+    match event {
+        Some(BridgeEvent::Goal(goal)) => Some(goal.position_in_odom_m),
+        Some(other) => panic!("no goal but {other:?}"),
+        None => None,
+    }
+}
+
+#[test]
+fn whichever_of_goal_and_path_spoke_last_rules() {
+    let mut intake = intake();
+    let straight = path(&[[0.0, 0.0], [10.0, 0.0]]);
+    assert_eq!(intake.path(&straight, at(S)), Ok(None), "where is the robot?");
+    intake.odometry(&odometry(S, 1.0), at(S)).expect("sound");
+    assert_eq!(place(intake.next_waypoint(at(S))), Some([2.5, 0.0]));
+    assert_eq!(intake.path(&straight, at(S)), Ok(None), "the same path again");
+    intake.odometry(&odometry(2 * S, 3.0), at(2 * S)).expect("sound");
+    assert_eq!(place(intake.next_waypoint(at(2 * S))), Some([4.5, 0.0]));
+    let up = intake.path(&path(&[[3.0, 0.0], [3.0, 9.0]]), at(2 * S)).expect("sound");
+    assert_eq!(place(up), Some([3.0, 1.5]));
+    let broken = intake.path(&path(&[[3.0, f64::NAN]]), at(2 * S));
+    assert_eq!(broken, Err(Reason::MalformedInput));
+    let pose = Pose { orientation: Quaternion::from_heading(1.0), ..Pose::default() };
+    let goal = PoseStamped { header: header("odom", 2 * S), pose };
+    assert!(intake.goal(&goal, at(2 * S)).is_ok());
+    assert_eq!(intake.next_waypoint(at(2 * S)), None, "the goal rules");
+    let resumed = intake.path(&straight, at(2 * S)).expect("sound");
+    assert_eq!(place(resumed), Some([4.5, 0.0]));
+    // A planner that has no path any more.
+    let halt = intake.path(&path(&[]), at(2 * S)).expect("sound");
+    assert_eq!(place(halt), Some([3.0, 0.0]));
+    assert_eq!(intake.next_waypoint(at(2 * S)), None);
+}
+
+#[test]
+fn every_obstacle_message_reaches_the_same_frame() {
+    use recording::ros2::{
+        Agent, Agents, Marker, MarkerArray, Object, ObjectArray, Obstacle, ObstacleArray, People, Person,
+    };
+    let mut intake = intake();
+    let header = header("odom", S);
+    let velocity = Vector3 { x: 0.5, ..Vector3::default() };
+    let mut object = Object { detection_level: Object::TRACKED, ..Object::default() };
+    object.twist.linear = velocity.clone();
+    let mut agent = Agent::default();
+    agent.velocity.linear = velocity.clone();
+    let mut old_agent = recording::ros2::hunav1::Agent::default();
+    old_agent.velocity.linear = velocity.clone();
+    let person = Person { velocity: recording::ros2::Point { x: 0.5, y: 0.0, z: 0.0 }, ..Person::default() };
+    let obstacle = Obstacle { velocity, ..Obstacle::default() };
+    let messages: [Box<dyn ObstacleFrame>; 5] = [
+        Box::new(People { header: header.clone(), people: vec![person; 2] }),
+        Box::new(ObjectArray { header: header.clone(), objects: vec![object; 2] }),
+        Box::new(Agents { header: header.clone(), agents: vec![agent; 2] }),
+        Box::new(recording::ros2::hunav1::Agents { header: header.clone(), agents: vec![old_agent; 2] }),
+        Box::new(ObstacleArray { header: header.clone(), obstacles: vec![obstacle; 2] }),
+    ];
+    for message in messages {
+        let frame = people(intake.obstacles(&*message, at(S)));
+        assert_eq!(frame.count, 2);
+        for found in frame.as_slice() {
+            assert_eq!((found.flags, found.velocity_in_odom_mps), (DetectionFlags::HAS_VELOCITY, [0.5, 0.0]));
+        }
+    }
+    let mut marker = Marker { header, r#type: Marker::CYLINDER, ..Marker::default() };
+    marker.scale.x = 0.8;
+    let frame = people(intake.obstacles(&MarkerArray { markers: vec![marker] }, at(S)));
+    assert_eq!((frame.count, frame.as_slice()[0].radius_m), (1, 0.4));
+    let frame = people(intake.obstacles(&MarkerArray::default(), at(S)));
+    assert_eq!(frame.count, 1, "what was drawn still holds");
+}
+
+#[test]
+fn objects_in_frames_of_their_own_need_those() {
+    use recording::ros2::{Object, ObjectArray};
+    let mut intake = intake();
+    let mut objects = ObjectArray { header: header("odom", S), objects: vec![Object::default(); 2] };
+    objects.objects[1].header = header("radar", S);
+    assert_eq!(intake.obstacles(&objects, at(S)).err(), Some(Reason::NoTransform));
+    intake.transforms(&transform("odom", "radar", 0, 7.0), true, at(S)).expect("sound");
+    let frame = people(intake.obstacles(&objects, at(S)));
+    let places: Vec<_> = frame.as_slice().iter().map(|found| found.position_in_odom_m[0]).collect();
+    assert_eq!(places, [0.0, 7.0]);
 }
