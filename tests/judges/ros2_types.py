@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from cyclonedds.core import Policy
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import array, byte, float32, float64, int8, int32, sequence, uint8, uint32
 from cyclonedds.qos import Qos
 from cyclonedds.util import duration
 
@@ -255,6 +255,256 @@ class TrackedObject(IdlStruct, typename=dds_name("autoware_perception_msgs", "Tr
 class TrackedObjects(IdlStruct, typename=dds_name("autoware_perception_msgs", "TrackedObjects")):
     header: Header = new(Header)
     objects: sequence[TrackedObject] = new(list)
+
+
+@dataclass
+@final
+class Duration(IdlStruct, typename=dds_name("builtin_interfaces", "Duration")):
+    sec: int32 = 0
+    nanosec: uint32 = 0
+
+
+@dataclass
+@final
+class Clock(IdlStruct, typename=dds_name("rosgraph_msgs", "Clock")):
+    clock: Time = new(Time)
+
+
+@dataclass
+@final
+class Path(IdlStruct, typename=dds_name("nav_msgs", "Path")):
+    header: Header = new(Header)
+    poses: sequence[PoseStamped] = new(list)
+
+
+@dataclass
+@final
+class Person(IdlStruct, typename=dds_name("people_msgs", "Person")):
+    name: str = ""
+    position: Point = new(Point)
+    velocity: Point = new(Point)
+    reliability: float64 = 0.0
+    tagnames: sequence[str] = new(list)
+    tags: sequence[str] = new(list)
+
+
+@dataclass
+@final
+class People(IdlStruct, typename=dds_name("people_msgs", "People")):
+    header: Header = new(Header)
+    people: sequence[Person] = new(list)
+
+
+@dataclass
+@final
+class SolidPrimitive(IdlStruct, typename=dds_name("shape_msgs", "SolidPrimitive")):
+    type: uint8 = 0
+    dimensions: sequence[float64, 3] = new(list)
+    polygon: Polygon = new(Polygon)
+
+
+@dataclass
+@final
+class Object(IdlStruct, typename=dds_name("derived_object_msgs", "Object")):
+    header: Header = new(Header)
+    id: uint32 = 0
+    detection_level: uint8 = 0
+    object_classified: bool = False
+    pose: Pose = new(Pose)
+    twist: Twist = new(Twist)
+    accel: Accel = new(Accel)
+    polygon: Polygon = new(Polygon)
+    shape: SolidPrimitive = new(SolidPrimitive)
+    classification: uint8 = 0
+    classification_certainty: uint8 = 0
+    classification_age: uint32 = 0
+
+
+@dataclass
+@final
+class ObjectArray(IdlStruct, typename=dds_name("derived_object_msgs", "ObjectArray")):
+    header: Header = new(Header)
+    objects: sequence[Object] = new(list)
+
+
+@dataclass
+@final
+class AgentBehavior(IdlStruct, typename=dds_name("hunav_msgs", "AgentBehavior")):
+    type: uint8 = 0
+    state: uint8 = 0
+    configuration: uint8 = 0
+    duration: float32 = 0.0
+    once: bool = False
+    vel: float32 = 0.0
+    dist: float32 = 0.0
+    goal_force_factor: float32 = 0.0
+    obstacle_force_factor: float32 = 0.0
+    social_force_factor: float32 = 0.0
+    other_force_factor: float32 = 0.0
+
+
+@dataclass
+@final
+class Agent(IdlStruct, typename=dds_name("hunav_msgs", "Agent")):
+    id: int32 = 0
+    type: uint8 = 0
+    skin: uint8 = 0
+    name: str = ""
+    group_id: int8 = 0
+    position: Pose = new(Pose)
+    yaw: float32 = 0.0
+    velocity: Twist = new(Twist)
+    desired_velocity: float32 = 0.0
+    radius: float32 = 0.0
+    linear_vel: float32 = 0.0
+    angular_vel: float32 = 0.0
+    behavior: AgentBehavior = new(AgentBehavior)
+    behavior_tree: str = ""
+    goals: sequence[Pose] = new(list)
+    cyclic_goals: bool = False
+    goal_radius: float32 = 0.0
+    closest_obs: sequence[Point] = new(list)
+
+
+@dataclass
+@final
+class Agents(IdlStruct, typename=dds_name("hunav_msgs", "Agents")):
+    header: Header = new(Header)
+    agents: sequence[Agent] = new(list)
+
+
+@dataclass
+@final
+class Agent1(IdlStruct, typename=dds_name("hunav_msgs", "Agent")):
+    """As HuNavSim 1 published it, under the same name."""
+
+    id: int32 = 0
+    type: uint8 = 0
+    skin: uint8 = 0
+    behavior: uint8 = 0
+    name: str = ""
+    behavior_state: uint8 = 0
+    group_id: int8 = 0
+    position: Pose = new(Pose)
+    yaw: float32 = 0.0
+    velocity: Twist = new(Twist)
+    desired_velocity: float32 = 0.0
+    radius: float32 = 0.0
+    linear_vel: float32 = 0.0
+    angular_vel: float32 = 0.0
+    goals: sequence[Pose] = new(list)
+    cyclic_goals: bool = False
+    goal_radius: float32 = 0.0
+    closest_obs: sequence[Point] = new(list)
+
+
+@dataclass
+@final
+class Agents1(IdlStruct, typename=dds_name("hunav_msgs", "Agents")):
+    header: Header = new(Header)
+    agents: sequence[Agent1] = new(list)
+
+
+@dataclass
+@final
+class Obstacle(IdlStruct, typename=dds_name("nav2_dynamic_msgs", "Obstacle")):
+    uuid: UUID = new(UUID)
+    score: float32 = 0.0
+    position: Point = new(Point)
+    velocity: Vector3 = new(Vector3)
+    size: Vector3 = new(Vector3)
+
+
+@dataclass
+@final
+class ObstacleArray(IdlStruct, typename=dds_name("nav2_dynamic_msgs", "ObstacleArray")):
+    header: Header = new(Header)
+    obstacles: sequence[Obstacle] = new(list)
+
+
+@dataclass
+@final
+class ColorRGBA(IdlStruct, typename=dds_name("std_msgs", "ColorRGBA")):
+    r: float32 = 0.0
+    g: float32 = 0.0
+    b: float32 = 0.0
+    a: float32 = 0.0
+
+
+@dataclass
+@final
+class CompressedImage(IdlStruct, typename=dds_name("sensor_msgs", "CompressedImage")):
+    header: Header = new(Header)
+    format: str = ""
+    data: sequence[uint8] = new(list)
+
+
+@dataclass
+@final
+class UVCoordinate(IdlStruct, typename=dds_name("visualization_msgs", "UVCoordinate")):
+    u: float32 = 0.0
+    v: float32 = 0.0
+
+
+@dataclass
+@final
+class MeshFile(IdlStruct, typename=dds_name("visualization_msgs", "MeshFile")):
+    filename: str = ""
+    data: sequence[uint8] = new(list)
+
+
+@dataclass
+@final
+class Marker(IdlStruct, typename=dds_name("visualization_msgs", "Marker")):
+    header: Header = new(Header)
+    ns: str = ""
+    id: int32 = 0
+    type: int32 = 0
+    action: int32 = 0
+    pose: Pose = new(Pose)
+    scale: Vector3 = new(Vector3)
+    color: ColorRGBA = new(ColorRGBA)
+    lifetime: Duration = new(Duration)
+    frame_locked: bool = False
+    points: sequence[Point] = new(list)
+    colors: sequence[ColorRGBA] = new(list)
+    texture_resource: str = ""
+    texture: CompressedImage = new(CompressedImage)
+    uv_coordinates: sequence[UVCoordinate] = new(list)
+    text: str = ""
+    mesh_resource: str = ""
+    mesh_file: MeshFile = new(MeshFile)
+    mesh_use_embedded_materials: bool = False
+
+
+@dataclass
+@final
+class MarkerArray(IdlStruct, typename=dds_name("visualization_msgs", "MarkerArray")):
+    markers: sequence[Marker] = new(list)
+
+
+@dataclass
+@final
+class KeyValue(IdlStruct, typename=dds_name("diagnostic_msgs", "KeyValue")):
+    key: str = ""
+    value: str = ""
+
+
+@dataclass
+@final
+class DiagnosticStatus(IdlStruct, typename=dds_name("diagnostic_msgs", "DiagnosticStatus")):
+    level: byte = 0
+    name: str = ""
+    message: str = ""
+    hardware_id: str = ""
+    values: sequence[KeyValue] = new(list)
+
+
+@dataclass
+@final
+class DiagnosticArray(IdlStruct, typename=dds_name("diagnostic_msgs", "DiagnosticArray")):
+    header: Header = new(Header)
+    status: sequence[DiagnosticStatus] = new(list)
 
 
 @dataclass
