@@ -1,4 +1,5 @@
 //! Scenario files: what is written is read back bit for bit, and what is wrong is said by name.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use std::path::Path;
 

@@ -16,6 +16,7 @@ mod realtime;
 mod robot;
 mod ros2;
 mod samples;
+mod sensing;
 mod simulation;
 mod slack;
 mod sources;
@@ -34,7 +35,8 @@ pub use realtime::{ProcessRealtime, RealtimeSettings, SchedulerKind, WaitKind};
 pub use robot::{ObstacleMotion, ObstacleSettings, RobotKind, RobotSettings};
 pub use ros2::{CommandMessage, ObstacleMessage, Reliability, Ros2Settings};
 pub use samples::SampleSettings;
-pub use simulation::SimulationSettings;
+pub use sensing::{DriftSettings, SensingSettings};
+pub use simulation::{ActuatorSettings, ScenarioSettings, SimulationSettings};
 pub use slack::{SlackSettings, TrainingGame};
 pub use sources::SourceSettings;
 pub use training::{ConditionSettings, Encoding, TargetSource, TrainingSettings};
@@ -90,6 +92,7 @@ impl Settings {
         let mut settings: Self = toml::from_str(text)
             .map_err(|source| SettingsError::Parse { path: origin.to_owned(), source: Box::new(source) })?;
         settings.filter.resolve(folder);
+        settings.simulation.resolve(folder);
         settings.validate()?;
         Ok(settings)
     }
