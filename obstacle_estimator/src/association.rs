@@ -6,12 +6,15 @@
 use messages::{Detection, MAX_OBSTACLES};
 use settings::EstimatorSettings;
 
+use crate::beliefs::{Beliefs, GATE_DISTANCE2};
+use crate::motion::Sighting;
 use crate::track::Track;
 
 /// One admissible pair.
 #[derive(Debug, Clone, Copy)]
 struct Candidate {
-    distance_m: f64,
+    /// How far apart the two are: in m, or twice the negative log-likelihood that they are the same.
+    cost: f64,
     track: usize,
     detection: usize,
 }
@@ -20,6 +23,8 @@ struct Candidate {
 #[derive(Debug)]
 pub(crate) struct Association {
     candidates: Vec<Candidate>,
+    /// What each anonymous detection says of a position; unused without a filter.
+    sightings: Vec<Sighting>,
     /// Per entry of the frame, the track it was given.
     assigned: [Option<usize>; MAX_OBSTACLES],
 }
@@ -28,6 +33,7 @@ impl Association {
     pub(crate) fn new() -> Self {
         Self {
             candidates: Vec::with_capacity(MAX_OBSTACLES * MAX_OBSTACLES),
+            sightings: Vec::with_capacity(MAX_OBSTACLES),
             assigned: [None; MAX_OBSTACLES],
         }
     }
@@ -36,7 +42,7 @@ impl Association {
     ///
     /// A pair is admissible if the detection lies within the gate of the position predicted for `time_ns` and could be
     /// reached from the last sighting without teleporting. Ties go to the earlier track, then the earlier detection.
-    pub(crate) fn run(
+    pub(crate) fn nearest(
         &mut self,
         tracks: &[Track],
         frame: &[Detection],
@@ -54,15 +60,49 @@ impl Association {
                 let distance_m = (position_m[0] - px).hypot(position_m[1] - py);
                 let [vx, vy] = state.mean_velocity_to_mps(position_m, interval_s);
                 if distance_m <= settings.association_gate_m && vx.hypot(vy) <= settings.teleport_speed_mps {
-                    self.candidates.push(Candidate { distance_m, track, detection });
+                    self.candidates.push(Candidate { cost: distance_m, track, detection });
                 }
             }
         }
+        self.assign();
+    }
+
+    /// The same with beliefs: a detection is admissible if it also lies within the ellipse that holds 99 % of sightings, and
+    /// the likeliest pair comes first.
+    pub(crate) fn likeliest(
+        &mut self,
+        tracks: &[Track],
+        beliefs: &Beliefs,
+        frame: &[Detection],
+        anonymous: &[usize],
+        time_ns: u64,
+        settings: &EstimatorSettings,
+    ) {
+        self.candidates.clear();
+        self.assigned = [None; MAX_OBSTACLES];
+        self.sightings.clear();
+        self.sightings.extend(anonymous.iter().map(|&detection| beliefs.sighting(&frame[detection])));
+        for (track, state) in tracks.iter().enumerate().filter(|(_, state)| state.anonymous && !state.seen) {
+            let forecast = state.forecast(time_ns, beliefs);
+            let interval_s = (time_ns - state.measured_at_ns) as f64 * 1e-9;
+            for (sighting, &detection) in self.sightings.iter().zip(anonymous) {
+                let distance_m = (sighting.position_m - forecast.position_m()).norm();
+                if distance_m > settings.association_gate_m {
+                    continue;
+                }
+                let (distance2, log_determinant) = forecast.surprise(sighting);
+                if distance2 <= GATE_DISTANCE2 && state.could_reach(sighting, interval_s, settings, beliefs) {
+                    self.candidates.push(Candidate { cost: distance2 + log_determinant, track, detection });
+                }
+            }
+        }
+        self.assign();
+    }
+
+    /// Gives each track at most one detection and each detection at most one track, the cheapest candidates first.
+    fn assign(&mut self) {
         self.candidates.sort_unstable_by(|a, b| {
-            a.distance_m
-                .total_cmp(&b.distance_m)
-                .then(a.track.cmp(&b.track))
-                .then(a.detection.cmp(&b.detection))
+            a.cost.total_cmp(&b.cost).then(a.track.cmp(&b.track)).then(a.detection.cmp(&b.detection))
         });
         let mut track_is_taken = [false; MAX_OBSTACLES];
         for candidate in &self.candidates {

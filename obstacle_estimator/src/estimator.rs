@@ -8,6 +8,7 @@ use messages::{Detections, MAX_OBSTACLES, Obstacles, Reason, Stamp};
 use settings::{EstimatorKind, EstimatorSettings};
 
 use crate::association::Association;
+use crate::beliefs::Beliefs;
 use crate::counts::{EstimatorCounts, FrameRefusal};
 use crate::track::{Track, Update, is_sound, provided_velocity};
 
@@ -19,11 +20,14 @@ pub const FIRST_ANONYMOUS_ID: u64 = 1 << 63;
 /// it look out of order.
 pub const FUTURE_TOLERANCE_NS: u64 = 100_000_000;
 
-/// Tracks obstacles and approximates ȯ by backward differences over the measured interval (paper eq. o_dot_approx).
+/// Tracks obstacles and approximates ȯ: by backward differences over the measured interval (paper eq. o_dot_approx), by
+/// what perception measured, or by a Kalman filter.
 #[derive(Debug)]
 pub struct Estimator {
     settings: EstimatorSettings,
     tracks: Vec<Track>,
+    /// What a filter believes of each track; `None` without a filter.
+    beliefs: Option<Beliefs>,
     next_anonymous_id: u64,
     association: Association,
     /// Entries of the frame at hand: named ones already met, without a track yet, and anonymous ones.
@@ -40,6 +44,7 @@ impl Estimator {
     /// An estimator that has seen nothing yet. `settings` are validated when they are read.
     pub fn new(settings: EstimatorSettings) -> Self {
         Self {
+            beliefs: Beliefs::new(&settings),
             settings,
             tracks: Vec::with_capacity(MAX_OBSTACLES),
             next_anonymous_id: FIRST_ANONYMOUS_ID,
@@ -140,7 +145,7 @@ impl Estimator {
             self.counts.velocities_missing +=
                 u64::from(self.settings.kind == EstimatorKind::Provided && provided.is_none());
         }
-        self.tracks.iter_mut().for_each(|track| track.seen = false);
+        self.tracks.iter_mut().for_each(Track::begin_frame);
     }
 
     /// Updates tracks by identity; what has no track yet stays in `untracked`.
@@ -163,7 +168,13 @@ impl Estimator {
 
     fn update_anonymous(&mut self, frame: &Detections) {
         let time_ns = frame.stamp.valid_at_ns;
-        self.association.run(&self.tracks, &frame.items, &self.anonymous, time_ns, &self.settings);
+        let (tracks, settings) = (&self.tracks, &self.settings);
+        match &self.beliefs {
+            None => self.association.nearest(tracks, &frame.items, &self.anonymous, time_ns, settings),
+            Some(beliefs) => {
+                self.association.likeliest(tracks, beliefs, &frame.items, &self.anonymous, time_ns, settings);
+            }
+        }
         for k in 0..self.anonymous.len() {
             let index = self.anonymous[k];
             match self.association.track_of(index) {
@@ -175,7 +186,12 @@ impl Estimator {
 
     fn update_track(&mut self, track: usize, frame: &Detections, index: usize) {
         let time_ns = frame.stamp.valid_at_ns;
-        match self.tracks[track].update(&frame.items[index], time_ns, &self.settings) {
+        let (track, detection) = (&mut self.tracks[track], &frame.items[index]);
+        let update = match &mut self.beliefs {
+            None => track.update(detection, time_ns, &self.settings),
+            Some(beliefs) => track.follow(detection, time_ns, &self.settings, beliefs),
+        };
+        match update {
             Update::Continued => {}
             Update::Interrupted => self.counts.tracks_interrupted += 1,
             Update::Teleported => {
@@ -188,7 +204,14 @@ impl Estimator {
     fn drop_vanished(&mut self, time_ns: u64) {
         let coast_ns = self.settings.coast_ms.saturating_mul(1_000_000);
         let before = self.tracks.len();
-        self.tracks.retain(|track| track.seen || time_ns - track.measured_at_ns <= coast_ns);
+        let beliefs = &mut self.beliefs;
+        self.tracks.retain(|track| {
+            let stays = track.seen || time_ns - track.measured_at_ns <= coast_ns;
+            if let (false, Some(beliefs)) = (stays, beliefs.as_mut()) {
+                beliefs.release(track.place);
+            }
+            stays
+        });
         self.counts.tracks_dropped += (before - self.tracks.len()) as u64;
         self.counts.tracks_coasted += self.tracks.iter().filter(|track| !track.seen).count() as u64;
     }
@@ -204,7 +227,12 @@ impl Estimator {
                 evicted += 1;
             }
             let id = if detection.track_id == 0 { self.anonymous_id() } else { detection.track_id };
-            self.tracks.push(Track::new(id, detection, frame.stamp.valid_at_ns, &self.settings));
+            let mut track = Track::new(id, detection, frame.stamp.valid_at_ns, &self.settings);
+            if let Some(beliefs) = &mut self.beliefs {
+                let sighting = beliefs.sighting(detection);
+                track.place = beliefs.take(&sighting);
+            }
+            self.tracks.push(track);
             self.counts.tracks_started += 1;
         }
         evicted
@@ -213,7 +241,10 @@ impl Estimator {
     fn evict_longest_unseen(&mut self) {
         let unseen = self.tracks.iter().enumerate().filter(|(_, track)| !track.seen);
         if let Some((index, _)) = unseen.min_by_key(|(_, track)| track.measured_at_ns) {
-            self.tracks.remove(index);
+            let track = self.tracks.remove(index);
+            if let Some(beliefs) = &mut self.beliefs {
+                beliefs.release(track.place);
+            }
             self.counts.tracks_evicted += 1;
             self.last_reason = Reason::CapacityExceeded;
         }
@@ -231,9 +262,15 @@ impl Estimator {
 
     /// Writes all tracks, each predicted to the time that `valid_at_ns` tells for it.
     fn write(&mut self, now_ns: u64, valid_at_ns: impl Fn(&Track) -> u64) -> &Obstacles {
+        let coast_ns = self.settings.coast_ms.saturating_mul(1_000_000);
         let before = self.output.count as usize;
-        for (item, track) in self.output.items.iter_mut().zip(&self.tracks) {
-            *item = track.obstacle_at(valid_at_ns(track));
+        let items = self.output.items.iter_mut().zip(&self.tracks);
+        match &self.beliefs {
+            None => items.for_each(|(item, track)| *item = track.obstacle_at(valid_at_ns(track))),
+            Some(beliefs) => items.for_each(|(item, track)| {
+                let oldest_ns = track.measured_at_ns.saturating_add(coast_ns);
+                *item = track.uncertain_obstacle_at(valid_at_ns(track), now_ns.min(oldest_ns), beliefs);
+            }),
         }
         for item in self.output.items.iter_mut().take(before).skip(self.tracks.len()) {
             *item = messages::Obstacle::zeroed();

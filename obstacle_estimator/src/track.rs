@@ -1,7 +1,9 @@
 //! One tracked obstacle: its state o and the approximation of ȯ by backward differences.
 //!
-//! Lives here: the arithmetic of paper eq. o_dot_approx for one obstacle. Which detection belongs to which track is in
-//! `association`, the life of tracks in `estimator`.
+//! Lives here: the arithmetic of paper eq. o_dot_approx for one obstacle; what a Kalman filter makes of it is in `filtered`.
+//! Which detection belongs to which track is in `association`, the life of tracks in `estimator`.
+
+mod filtered;
 
 use dynamics::wrap_angle;
 use messages::{Detection, DetectionFlags, Obstacle, ObstacleClass, ObstacleQuality};
@@ -38,6 +40,10 @@ pub(crate) struct Track {
     /// Whether the newest frame showed it.
     pub(crate) seen: bool,
     pub(crate) measured_at_ns: u64,
+    /// Where its belief is kept; unused without a filter.
+    pub(crate) place: usize,
+    /// Which of the newest frames showed it, the newest one in the lowest bit.
+    sightings: u8,
     position_m: [f64; 2],
     velocity_mps: [f64; 2],
     acceleration_mps2: [f64; 2],
@@ -61,7 +67,7 @@ pub(crate) fn is_sound(detection: &Detection) -> bool {
 /// The velocity perception measured, if the settings want it, the detection has it, and something could move so, m/s.
 pub(crate) fn provided_velocity(detection: &Detection, settings: &EstimatorSettings) -> Option<[f64; 2]> {
     match settings.kind {
-        EstimatorKind::BackwardDifference => None,
+        EstimatorKind::BackwardDifference | EstimatorKind::Kalman | EstimatorKind::Imm => None,
         EstimatorKind::Provided => {
             let [vx, vy] = detection.velocity_in_odom_mps;
             let present = detection.flags & DetectionFlags::HAS_VELOCITY != 0;
@@ -84,6 +90,8 @@ impl Track {
             anonymous: detection.track_id == 0,
             seen: true,
             measured_at_ns,
+            place: 0,
+            sightings: 1,
             position_m: detection.position_in_odom_m,
             velocity_mps: [0.0, 0.0],
             acceleration_mps2: [0.0, 0.0],
@@ -99,6 +107,12 @@ impl Track {
             track.begin_motion(velocity_mps, settings);
         }
         track
+    }
+
+    /// Nobody is seen yet in a new frame.
+    pub(crate) fn begin_frame(&mut self) {
+        self.seen = false;
+        self.sightings <<= 1;
     }
 
     /// Takes a sighting at `measured_at_ns`, later than the last one.

@@ -9,7 +9,7 @@ use obstacle_estimator::Estimator;
 use rand::RngExt;
 use rand_pcg::Pcg64;
 use settings::EstimatorSettings;
-use support::{MS, START_NS, frame, provided, seen, settings};
+use support::{MS, START_NS, frame, imm, kalman, provided, seen, settings};
 
 const ODD: [f64; 14] = [
     f64::NAN,
@@ -62,6 +62,7 @@ fn hurl_garbage(seed: u64, settings: &EstimatorSettings) {
             item.track_id = if random.random() { random.random_range(0..90) } else { random.random() };
             item.position_in_odom_m = [number(&mut random), number(&mut random)];
             item.velocity_in_odom_mps = [number(&mut random), number(&mut random)];
+            item.position_covariance_m2 = std::array::from_fn(|_| number(&mut random));
             item.radius_m = number(&mut random);
             item.flags = random.random();
             item.class = random.random();
@@ -99,14 +100,16 @@ fn random_garbage_never_yields_an_unsound_obstacle() {
     for seed in 0..20 {
         hurl_garbage(seed, &settings());
         hurl_garbage(seed, &provided());
+        hurl_garbage(seed, &kalman());
+        hurl_garbage(seed, &imm());
     }
 }
 
 #[test]
 fn the_same_frames_give_the_same_bytes() {
-    let run = || {
+    let run = |settings: EstimatorSettings| {
         let mut random = Pcg64::new(3, 1);
-        let mut estimator = Estimator::new(settings());
+        let mut estimator = Estimator::new(settings);
         let mut bytes = Vec::new();
         for k in 0..200 {
             let items: Vec<_> = (0..64)
@@ -116,5 +119,7 @@ fn the_same_frames_give_the_same_bytes() {
         }
         bytes
     };
-    assert!(run() == run());
+    for settings in [settings(), kalman(), imm()] {
+        assert!(run(settings.clone()) == run(settings));
+    }
 }

@@ -4,11 +4,18 @@ mod support;
 
 use allocation_counter::measure;
 use obstacle_estimator::Estimator;
-use support::{MS, START_NS, frame, moving, provided, seen};
+use settings::EstimatorSettings;
+use support::{MS, START_NS, frame, imm, kalman, moving, provided, seen};
 
 #[test]
 fn nothing_is_allocated_after_construction() {
-    let mut estimator = Estimator::new(provided());
+    for settings in [provided(), kalman(), imm()] {
+        allocates_nothing(settings);
+    }
+}
+
+fn allocates_nothing(settings: EstimatorSettings) {
+    let mut estimator = Estimator::new(settings);
     let frames: Vec<_> = (0..300_u64)
         .map(|k| {
             let shift = k as f64 * 0.05;

@@ -6,7 +6,9 @@
 use bytemuck::Zeroable;
 use messages::{Detection, DetectionFlags, Detections, Obstacle, Obstacles};
 use obstacle_estimator::Estimator;
-use settings::{EstimatorKind, EstimatorSettings};
+use settings::{
+    EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, ManoeuvreSettings, NoiseSettings,
+};
 
 pub(crate) const MS: u64 = 1_000_000;
 /// Tests begin here: a stack clock that has run for a while.
@@ -23,6 +25,35 @@ pub(crate) fn settings() -> EstimatorSettings {
         max_speed_rate_mps2: 1.0,
         max_heading_rate_radps: 0.35,
         association_gate_m: 0.75,
+        noise: None,
+        kalman: None,
+        imm: None,
+    }
+}
+
+pub(crate) const NOISE: NoiseSettings =
+    NoiseSettings { position_sd_m: 0.05, initial_speed_sd_mps: 1.5, radius_sds: 0.0 };
+
+pub(crate) fn kalman() -> EstimatorSettings {
+    EstimatorSettings {
+        kind: EstimatorKind::Kalman,
+        noise: Some(NOISE),
+        kalman: Some(KalmanSettings { acceleration_sd_mps2: 1.0 }),
+        ..settings()
+    }
+}
+
+pub(crate) fn imm() -> EstimatorSettings {
+    EstimatorSettings {
+        kind: EstimatorKind::Imm,
+        noise: Some(NOISE),
+        imm: Some(ImmSettings {
+            calm_acceleration_sd_mps2: 0.3,
+            lively_acceleration_sd_mps2: 2.0,
+            mean_stay_s: 1.7,
+            manoeuvre: Some(ManoeuvreSettings { acceleration_sd_mps2: 2.0, time_constant_s: 0.5 }),
+        }),
+        ..settings()
     }
 }
 
