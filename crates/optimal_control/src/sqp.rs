@@ -1,11 +1,16 @@
 //! Sequential quadratic programming along trajectories that always obey the dynamics.
 //!
 //! Each iteration linearises around the current trajectory, lets the QP choose a change of the controls, and rolls
-//! the changed controls out through the true dynamics. So every iterate is feasible, the cost itself decides how
-//! far to go, and whatever stops the search leaves usable controls behind.
+//! the changed controls out through the true dynamics. So every iterate obeys dynamics and input box, the cost itself
+//! decides how far to go, and whatever stops the search leaves usable controls behind.
 
+use crate::constraints::{ConstraintRow, NoConstraints, StageConstraints};
 use crate::dynamics::DiscreteDynamics;
-use crate::sqp_settings::{QuadraticWeights, SqpSettings, SqpSetupError};
+use crate::expansion::{
+    Violation, cost, curvature, directional_derivative, expand, linearise_constraints, predicted_violation,
+    roll_out, violation,
+};
+use crate::sqp_settings::{SqpSettings, SqpSetupError, require_positive};
 use crate::sqp_status::{SqpError, SqpReport, SqpStatus};
 use crate::trajectory_qp::{Stage, TrajectoryQp};
 
@@ -18,17 +23,29 @@ const RELATIVE_DECREASE: f64 = 1e-10;
 /// Where the cost after a full step is what the QP said, up to this share, the next QP would have as little to add.
 const MODEL_ERROR: f64 = 1e-8;
 
-/// Box-constrained optimal control with quadratic cost around one reference state.
+/// Box-constrained optimal control with quadratic cost around one reference state, with inequalities if there are any.
 ///
 /// Minimises `J(u) = Σ_{k<N} (x_k−r)ᵀQ(x_k−r) + u_kᵀR u_k + (x_N−r)ᵀQ_N(x_N−r)` subject to
 /// `x_{k+1} = f(x_k, u_k)` and `u_min ≤ u_k ≤ u_max`, from the controls left by the previous call.
 ///
+/// With inequalities `g(x_k, u_k, x_{k+1}) ≥ 0` it minimises the exact penalty `J + ρ Σ max(0, −g)`. Where the
+/// inequalities can be met near the guess and `ρ` exceeds every multiplier, its minimum is that of the hard problem; a
+/// smaller `ρ` makes them soft; where they cannot be met, what stands violates them least in the sum. So the QPs always
+/// have a solution, and [`SqpReport::smallest_row`] says whether the inequalities hold.
+///
 /// Clarabel allocates while it solves; nothing else here does after construction.
-pub struct Sqp<D, const NX: usize, const NU: usize> {
+pub struct Sqp<D, const NX: usize, const NU: usize, C = NoConstraints> {
     dynamics: D,
     settings: SqpSettings<NX, NU>,
+    constraints: C,
+    /// `ρ`, cost per unit of a violated row.
+    violation_weight: f64,
     qp: TrajectoryQp<NX, NU>,
     stages: Vec<Stage<NX, NU>>,
+    /// The inequalities around the trajectory that stands, step by step; their multipliers; the values of one step.
+    rows: Vec<ConstraintRow<NX, NU>>,
+    multipliers: Vec<f64>,
+    row_values: Vec<f64>,
     /// `u_0 … u_{N−1}` and `x_0 … x_N` that stand.
     controls: Vec<[f64; NU]>,
     states: Vec<[f64; NX]>,
@@ -38,7 +55,7 @@ pub struct Sqp<D, const NX: usize, const NU: usize> {
 }
 
 impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, NU> {
-    /// Sets the problem up; the first guess is the middle of the input box.
+    /// Sets a problem without inequalities up; the first guess is the middle of the input box.
     ///
     /// `typical_state` relative to a reference of zero fixes the scaling of the QP once and for all: give one with
     /// errors of the size that will occur.
@@ -50,7 +67,31 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
         settings: SqpSettings<NX, NU>,
         typical_state: &[f64; NX],
     ) -> Result<Self, SqpSetupError> {
+        Self::with_constraints(dynamics, settings, NoConstraints, 1.0, typical_state)
+    }
+}
+
+impl<D, C, const NX: usize, const NU: usize> Sqp<D, NX, NU, C>
+where
+    D: DiscreteDynamics<NX, NU>,
+    C: StageConstraints<NX, NU>,
+{
+    /// Sets the problem up with inequalities; the first guess is the middle of the input box.
+    ///
+    /// `violation_weight` is `ρ`, cost per unit of a violated row. `typical_state` as for [`Self::new`]; the
+    /// inequalities, too, should be typical at construction.
+    ///
+    /// # Errors
+    /// Unusable settings, see [`SqpSettings::validate`], or a weight that is not above zero.
+    pub fn with_constraints(
+        dynamics: D,
+        settings: SqpSettings<NX, NU>,
+        mut constraints: C,
+        violation_weight: f64,
+        typical_state: &[f64; NX],
+    ) -> Result<Self, SqpSetupError> {
         settings.validate()?;
+        require_positive("violation_weight", violation_weight)?;
         let middle = std::array::from_fn(|j| 0.5 * (settings.control_min[j] + settings.control_max[j]));
         let controls = vec![middle; settings.horizon_steps];
         let mut states = vec![*typical_state; settings.horizon_steps + 1];
@@ -63,10 +104,35 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
             to_lower: [0.0; NU],
         };
         let mut stages = vec![blank; settings.horizon_steps];
-        expand(&dynamics, &settings, &states, &controls, &[0.0; NX], &mut stages);
-        let qp = TrajectoryQp::new(&stages, dynamics.sparsity())?;
+        let row_values = vec![0.0; constraints.rows_per_step()];
+        let mut rows = vec![ConstraintRow::constant(0.0); row_values.len() * settings.horizon_steps];
+        let multipliers = vec![0.0; rows.len()];
+        linearise_constraints(&mut constraints, &states, &controls, &mut rows);
+        let around = (states.as_slice(), controls.as_slice());
+        expand(&dynamics, &settings, around, &[0.0; NX], (&rows, &multipliers), &mut stages);
+        let sparsity = (dynamics.sparsity(), constraints.sparsity());
+        let qp = TrajectoryQp::new(&stages, &rows, violation_weight, sparsity)?;
         let (trial_controls, trial_states) = (controls.clone(), states.clone());
-        Ok(Self { dynamics, settings, qp, stages, controls, states, trial_controls, trial_states })
+        Ok(Self {
+            dynamics,
+            settings,
+            constraints,
+            violation_weight,
+            qp,
+            stages,
+            rows,
+            multipliers,
+            row_values,
+            controls,
+            states,
+            trial_controls,
+            trial_states,
+        })
+    }
+
+    /// The inequalities, to be moved before the next solve.
+    pub fn constraints_mut(&mut self) -> &mut C {
+        &mut self.constraints
     }
 
     /// Controls that stand: the guess before a solve, its result afterwards. One per step of the horizon.
@@ -103,7 +169,7 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
     }
 
     /// As [`Self::guess_by_policy`], but keeps the present guess unless the new one costs less than
-    /// `keep_below` times as much.
+    /// `keep_below` times as much, violated inequalities included.
     ///
     /// Returns whether the guess was replaced.
     pub fn guess_by_cheaper_policy(
@@ -118,16 +184,26 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
             *slot = into_box(&self.settings, control(k, &state));
             state = self.dynamics.next(&state, slot);
         }
-        let weights = &self.settings.weights;
         roll_out(&self.dynamics, start, &self.trial_controls, &mut self.trial_states);
-        let new = cost(weights, &self.trial_states, &self.trial_controls, reference);
+        let (new, violated) = self.measure_trial(reference);
+        let new = new + self.violation_weight * violated.sum;
         roll_out(&self.dynamics, start, &self.controls, &mut self.states);
-        let present = cost(weights, &self.states, &self.controls, reference);
+        let (present, violated) = self.measure(reference);
+        let present = present + self.violation_weight * violated.sum;
         let replace = new < keep_below * present;
         if replace {
             self.controls.copy_from_slice(&self.trial_controls);
         }
         replace
+    }
+
+    /// Puts controls back that stood after an earlier solve from the same start; more or fewer than steps are ignored.
+    pub fn restore(&mut self, controls: &[[f64; NU]]) {
+        for (slot, control) in self.controls.iter_mut().zip(controls) {
+            *slot = into_box(&self.settings, *control);
+        }
+        let start = self.states[0];
+        roll_out(&self.dynamics, &start, &self.controls, &mut self.states);
     }
 
     /// Moves the guess `steps` into the future; the last control is held.
@@ -157,16 +233,22 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
             }
         }
         roll_out(&self.dynamics, start, &self.controls, &mut self.states);
-        let guess_cost = cost(&self.settings.weights, &self.states, &self.controls, reference);
+        let (guess_cost, violated) = self.measure(reference);
         if !guess_cost.is_finite() {
             return Err(SqpError::NonFinite { quantity: "the cost" });
         }
+        if !violated.sum.is_finite() {
+            return Err(SqpError::NonFinite { quantity: "an inequality" });
+        }
+        self.multipliers.fill(0.0);
         let mut report = SqpReport {
             status: SqpStatus::IterationLimit,
             iterations: 0,
             qp_iterations: 0,
             cost: guess_cost,
             guess_cost,
+            violation: violated.sum,
+            smallest_row: violated.smallest,
         };
         while report.iterations < self.settings.iteration_limit {
             report.iterations += 1;
@@ -178,6 +260,24 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
         Ok(report)
     }
 
+    /// `J` and the inequalities of the trajectory that stands.
+    fn measure(&mut self, reference: &[f64; NX]) -> (f64, Violation) {
+        let (states, controls) = (&self.states, &self.controls);
+        (
+            cost(&self.settings.weights, states, controls, reference),
+            violation(&mut self.constraints, states, controls, &mut self.row_values),
+        )
+    }
+
+    /// The same of the trajectory under trial.
+    fn measure_trial(&mut self, reference: &[f64; NX]) -> (f64, Violation) {
+        let (states, controls) = (&self.trial_states, &self.trial_controls);
+        (
+            cost(&self.settings.weights, states, controls, reference),
+            violation(&mut self.constraints, states, controls, &mut self.row_values),
+        )
+    }
+
     /// One QP and one line search. `None` to go on.
     fn iterate(
         &mut self,
@@ -185,21 +285,30 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
         reference: &[f64; NX],
         report: &mut SqpReport,
     ) -> Option<SqpStatus> {
-        expand(&self.dynamics, &self.settings, &self.states, &self.controls, reference, &mut self.stages);
-        let (change, qp_iterations) = self.qp.solve(&self.stages);
-        report.qp_iterations += qp_iterations;
-        let Some(change) = change else {
+        let weight = self.violation_weight;
+        linearise_constraints(&mut self.constraints, &self.states, &self.controls, &mut self.rows);
+        let around = (self.states.as_slice(), self.controls.as_slice());
+        let rows = (self.rows.as_slice(), self.multipliers.as_slice());
+        expand(&self.dynamics, &self.settings, around, reference, rows, &mut self.stages);
+        let answer = self.qp.solve(&self.stages, &self.rows, &mut self.multipliers);
+        report.qp_iterations += answer.iterations;
+        let steps = self.stages.len();
+        let Some(change) = answer.change else {
             return Some(SqpStatus::QpFailed);
         };
-        let slope = 2.0 * directional_derivative(&self.stages, change);
+        let promised_violation = predicted_violation(&self.rows, steps, change);
+        let slope = 2.0 * directional_derivative(&self.stages, change)
+            + weight * (promised_violation - report.violation);
         let largest = change
             .chunks_exact(NU + NX)
+            .take(steps)
             .flat_map(|stage| &stage[..NU])
             .fold(0.0_f64, |largest, value| largest.max(value.abs()));
-        if largest <= self.settings.step_tolerance || -slope <= RELATIVE_DECREASE * report.cost {
+        let merit = report.cost + weight * report.violation;
+        if largest <= self.settings.step_tolerance || -slope <= RELATIVE_DECREASE * merit {
             return Some(SqpStatus::Converged);
         }
-        let promised_cost = report.cost + slope + curvature(&self.stages, change);
+        let promised_merit = merit + slope + curvature(&self.stages, change);
         let mut length = 1.0;
         for _ in 0..=HALVING_LIMIT {
             for (k, trial) in self.trial_controls.iter_mut().enumerate() {
@@ -211,11 +320,16 @@ impl<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize> Sqp<D, NX, N
             roll_out(&self.dynamics, start, &self.trial_controls, &mut self.trial_states);
             let trial_cost =
                 cost(&self.settings.weights, &self.trial_states, &self.trial_controls, reference);
-            if trial_cost <= report.cost + SUFFICIENT_DECREASE * length * slope {
+            let (states, controls) = (&self.trial_states, &self.trial_controls);
+            let violated = violation(&mut self.constraints, states, controls, &mut self.row_values);
+            let trial_merit = trial_cost + weight * violated.sum;
+            if trial_merit <= merit + SUFFICIENT_DECREASE * length * slope {
                 std::mem::swap(&mut self.controls, &mut self.trial_controls);
                 std::mem::swap(&mut self.states, &mut self.trial_states);
                 report.cost = trial_cost;
-                let as_promised = (trial_cost - promised_cost).abs() <= MODEL_ERROR * trial_cost;
+                report.violation = violated.sum;
+                report.smallest_row = violated.smallest;
+                let as_promised = (trial_merit - promised_merit).abs() <= MODEL_ERROR * trial_merit;
                 return (length == 1.0 && as_promised).then_some(SqpStatus::Converged);
             }
             length *= 0.5;
@@ -229,103 +343,4 @@ fn into_box<const NX: usize, const NU: usize>(
     control: [f64; NU],
 ) -> [f64; NU] {
     std::array::from_fn(|j| control[j].clamp(settings.control_min[j], settings.control_max[j]))
-}
-
-/// `x_0 = start`, `x_{k+1} = f(x_k, u_k)`.
-fn roll_out<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize>(
-    dynamics: &D,
-    start: &[f64; NX],
-    controls: &[[f64; NU]],
-    states: &mut [[f64; NX]],
-) {
-    states[0] = *start;
-    for (k, control) in controls.iter().enumerate() {
-        states[k + 1] = dynamics.next(&states[k], control);
-    }
-}
-
-/// `J` of a trajectory.
-fn cost<const NX: usize, const NU: usize>(
-    weights: &QuadraticWeights<NX, NU>,
-    states: &[[f64; NX]],
-    controls: &[[f64; NU]],
-    reference: &[f64; NX],
-) -> f64 {
-    let last = controls.len();
-    let mut sum = 0.0;
-    for (k, state) in states.iter().enumerate() {
-        let weight = if k == last { &weights.terminal_state } else { &weights.stage_state };
-        for i in 0..NX {
-            sum += weight[i] * (state[i] - reference[i]).powi(2);
-        }
-    }
-    for control in controls {
-        for j in 0..NU {
-            sum += weights.control[j] * control[j].powi(2);
-        }
-    }
-    sum
-}
-
-/// Expands cost, dynamics and bounds to the QP around a trajectory, last stage first.
-fn expand<D: DiscreteDynamics<NX, NU>, const NX: usize, const NU: usize>(
-    dynamics: &D,
-    settings: &SqpSettings<NX, NU>,
-    states: &[[f64; NX]],
-    controls: &[[f64; NU]],
-    reference: &[f64; NX],
-    stages: &mut [Stage<NX, NU>],
-) {
-    let weights = &settings.weights;
-    let last = stages.len() - 1;
-    // λ_{k+1} = (half the gradient of the cost) + A_{k+1}ᵀ λ_{k+2}; `curvature` belongs to the state it bends.
-    let mut costate = [0.0; NX];
-    let mut curvature = [0.0; NX];
-    for k in (0..=last).rev() {
-        let weight = if k == last { &weights.terminal_state } else { &weights.stage_state };
-        let state_gradient: [f64; NX] =
-            std::array::from_fn(|i| weight[i] * (states[k + 1][i] - reference[i]));
-        let propagated: [f64; NX] = if k == last {
-            [0.0; NX]
-        } else {
-            let by_state = &stages[k + 1].jacobians.by_state;
-            std::array::from_fn(|i| (0..NX).map(|row| by_state[row][i] * costate[row]).sum())
-        };
-        costate = std::array::from_fn(|i| state_gradient[i] + propagated[i]);
-        let control = &controls[k];
-        stages[k] = Stage {
-            jacobians: dynamics.linearise(&states[k], control),
-            gradient: (std::array::from_fn(|j| weights.control[j] * control[j]), state_gradient),
-            hessian: (weights.control, std::array::from_fn(|i| weight[i] + curvature[i])),
-            to_upper: std::array::from_fn(|j| settings.control_max[j] - control[j]),
-            to_lower: std::array::from_fn(|j| control[j] - settings.control_min[j]),
-        };
-        curvature = dynamics.curvature(&states[k], control, &costate);
-    }
-}
-
-/// What a change along the linearised dynamics adds to the QP's cost beyond the slope.
-fn curvature<const NX: usize, const NU: usize>(stages: &[Stage<NX, NU>], change: &[f64]) -> f64 {
-    stages
-        .iter()
-        .zip(change.chunks_exact(NU + NX))
-        .map(|(stage, delta)| {
-            let control: f64 = (0..NU).map(|j| stage.hessian.0[j] * delta[j].powi(2)).sum();
-            let state: f64 = (0..NX).map(|i| stage.hessian.1[i] * delta[NU + i].powi(2)).sum();
-            control + state
-        })
-        .sum()
-}
-
-/// Half the derivative of the cost along a change that obeys the linearised dynamics.
-fn directional_derivative<const NX: usize, const NU: usize>(stages: &[Stage<NX, NU>], change: &[f64]) -> f64 {
-    stages
-        .iter()
-        .zip(change.chunks_exact(NU + NX))
-        .map(|(stage, delta)| {
-            let control: f64 = (0..NU).map(|j| stage.gradient.0[j] * delta[j]).sum();
-            let state: f64 = (0..NX).map(|i| stage.gradient.1[i] * delta[NU + i]).sum();
-            control + state
-        })
-        .sum()
 }

@@ -6,7 +6,7 @@ pub enum SqpStatus {
     /// The last QP asked for no change, promised none worth having, or described the whole step so well that another
     /// would promise none.
     Converged,
-    /// The iteration limit came first. The cost is no higher than the guess's.
+    /// The iteration limit came first. The cost, violated inequalities included, is no higher than the guess's.
     IterationLimit,
     /// Not even a short step along the QP's direction lowered the cost: optimal up to rounding, or a bad direction.
     NoDescent,
@@ -27,6 +27,10 @@ pub struct SqpReport {
     pub cost: f64,
     /// `J` of the guess.
     pub guess_cost: f64,
+    /// `Σ max(0, −g)` of the controls that stand, each row in its own unit; 0 without inequalities.
+    pub violation: f64,
+    /// `min g` of the controls that stand: the inequalities hold where it is ≥ 0. `+∞` without any.
+    pub smallest_row: f64,
 }
 
 /// Why a problem was not even tried.

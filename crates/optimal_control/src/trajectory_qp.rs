@@ -1,11 +1,13 @@
 //! The quadratic program of one SQP iteration, in Clarabel's sparse form.
 //!
-//! Variables are the changes `[δu₀, δx₁, δu₁, …, δx_N]`; rows are the linearised dynamics (equalities), then the
-//! upper and the lower ends of the input box. The pattern is built once: later calls overwrite values only.
+//! Variables are the changes `[δu₀, δx₁, δu₁, …, δx_N]`, then one slack for each inequality; rows are the linearised
+//! dynamics (equalities), then the upper and the lower ends of the input box, the linearised inequalities softened by
+//! their slacks, and the slacks' own sign. The pattern is built once: later calls overwrite values only.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
 
+use crate::constraints::ConstraintRow;
 use crate::dynamics::Linearisation;
 use crate::sqp_settings::SqpSetupError;
 
@@ -28,27 +30,48 @@ pub(crate) struct Stage<const NX: usize, const NU: usize> {
     pub(crate) to_lower: [f64; NU],
 }
 
+/// Which entries of the Jacobians and of an inequality's gradient are stored.
+pub(crate) type Sparsity<const NX: usize, const NU: usize> = (Linearisation<NX, NU>, ConstraintRow<NX, NU>);
+
 /// A Clarabel solver with the buffers through which its data are overwritten.
 pub(crate) struct TrajectoryQp<const NX: usize, const NU: usize> {
     solver: DefaultSolver<f64>,
-    sparsity: Linearisation<NX, NU>,
+    sparsity: Sparsity<NX, NU>,
+    /// Half the price of a slack, as all costs here are halved.
+    slack_price: f64,
     hessian: Vec<f64>,
     gradient: Vec<f64>,
     constraints: Vec<f64>,
     bounds: Vec<f64>,
 }
 
+/// What a QP gave.
+pub(crate) struct QpAnswer<'a> {
+    /// The changes in the order of the variables; `None` unless Clarabel vouches for a finite solution.
+    pub(crate) change: Option<&'a [f64]>,
+    /// Interior-point steps taken.
+    pub(crate) iterations: u32,
+}
+
 impl<const NX: usize, const NU: usize> TrajectoryQp<NX, NU> {
-    /// Builds the pattern. Clarabel derives its scaling from the values of `stages`, so these should be typical.
+    /// Builds the pattern. Clarabel derives its scaling from the values of `stages` and `rows`, so these should be typical.
+    ///
+    /// `violation_weight` is the cost of one unit of a violated row.
     pub(crate) fn new(
         stages: &[Stage<NX, NU>],
-        sparsity: Linearisation<NX, NU>,
+        inequalities: &[ConstraintRow<NX, NU>],
+        violation_weight: f64,
+        sparsity: Sparsity<NX, NU>,
     ) -> Result<Self, SqpSetupError> {
         let steps = stages.len();
-        let (variables, equalities) = (steps * (NX + NU), steps * NX);
-        let rows = equalities + 2 * steps * NU;
+        let slack_price = 0.5 * violation_weight;
+        let (variables, equalities) = (steps * (NX + NU) + inequalities.len(), steps * NX);
+        let signed = 2 * steps * NU + 2 * inequalities.len();
+        let rows = equalities + signed;
         let mut entries = Vec::new();
-        for_each_entry(stages, &sparsity, |column, row, value| entries.push((column, row, value)));
+        for_each_entry(stages, inequalities, &sparsity, |column, row, value| {
+            entries.push((column, row, value));
+        });
         let mut column_starts = vec![0; variables + 1];
         for &(column, _, _) in &entries {
             column_starts[column + 1] += 1;
@@ -61,7 +84,7 @@ impl<const NX: usize, const NU: usize> TrajectoryQp<NX, NU> {
         let mut hessian = Vec::with_capacity(variables);
         let mut gradient = Vec::with_capacity(variables);
         let mut bounds = Vec::with_capacity(rows);
-        fill_vectors(stages, &mut hessian, &mut gradient, &mut bounds);
+        fill_vectors(stages, inequalities, slack_price, &mut hessian, &mut gradient, &mut bounds);
 
         let p = CscMatrix::new(
             variables,
@@ -71,7 +94,7 @@ impl<const NX: usize, const NU: usize> TrajectoryQp<NX, NU> {
             hessian.clone(),
         );
         let a = CscMatrix::new(rows, variables, column_starts, row_indices, constraints.clone());
-        let cones = [ZeroConeT(equalities), NonnegativeConeT(2 * steps * NU)];
+        let cones = [ZeroConeT(equalities), NonnegativeConeT(signed)];
         let settings = DefaultSettings {
             verbose: false,
             max_iter: QP_ITERATION_LIMIT,
@@ -87,21 +110,26 @@ impl<const NX: usize, const NU: usize> TrajectoryQp<NX, NU> {
         };
         let solver = DefaultSolver::new(&p, &gradient, &a, &bounds, &cones, settings)
             .map_err(|error| SqpSetupError::Qp { reason: error.to_string() })?;
-        Ok(Self { solver, sparsity, hessian, gradient, constraints, bounds })
+        Ok(Self { solver, sparsity, slack_price, hessian, gradient, constraints, bounds })
     }
 
-    /// Solves the QP of `stages`, which number as at construction.
+    /// Solves the QP of `stages` and `inequalities`, which number as at construction.
     ///
-    /// Returns the changes in the order of the variables and the interior-point steps taken; `None` for the changes
-    /// unless Clarabel vouches for a finite solution.
-    pub(crate) fn solve(&mut self, stages: &[Stage<NX, NU>]) -> (Option<&[f64]>, u32) {
+    /// Where it succeeds, `multipliers` take those of the inequalities, of the halved cost.
+    pub(crate) fn solve(
+        &mut self,
+        stages: &[Stage<NX, NU>],
+        inequalities: &[ConstraintRow<NX, NU>],
+        multipliers: &mut [f64],
+    ) -> QpAnswer<'_> {
         self.constraints.clear();
         let constraints = &mut self.constraints;
-        for_each_entry(stages, &self.sparsity, |_, _, value| constraints.push(value));
-        fill_vectors(stages, &mut self.hessian, &mut self.gradient, &mut self.bounds);
+        for_each_entry(stages, inequalities, &self.sparsity, |_, _, value| constraints.push(value));
+        let (hessian, gradient) = (&mut self.hessian, &mut self.gradient);
+        fill_vectors(stages, inequalities, self.slack_price, hessian, gradient, &mut self.bounds);
         let updated = self.solver.update_data(&self.hessian, &self.gradient, &self.constraints, &self.bounds);
         if updated.is_err() {
-            return (None, 0);
+            return QpAnswer { change: None, iterations: 0 };
         }
         self.solver.solve();
         let solution = &self.solver.solution;
@@ -121,44 +149,70 @@ impl<const NX: usize, const NU: usize> TrajectoryQp<NX, NU> {
             | SolverStatus::InsufficientProgress
             | SolverStatus::CallbackTerminated => false,
         };
-        (vouched.then_some(solution.x.as_slice()), solution.iterations)
+        if vouched {
+            let first = stages.len() * (NX + 2 * NU);
+            multipliers.copy_from_slice(&solution.z[first..first + inequalities.len()]);
+        }
+        QpAnswer { change: vouched.then_some(solution.x.as_slice()), iterations: solution.iterations }
     }
 }
 
 /// Visits the entries of the constraint matrix column by column, rows ascending: Clarabel's order.
 fn for_each_entry<const NX: usize, const NU: usize>(
     stages: &[Stage<NX, NU>],
-    sparsity: &Linearisation<NX, NU>,
+    inequalities: &[ConstraintRow<NX, NU>],
+    (jacobians, gradients): &Sparsity<NX, NU>,
     mut visit: impl FnMut(usize, usize, f64),
 ) {
     let steps = stages.len();
+    let per_step = inequalities.len() / steps;
     let upper = steps * NX;
     let lower = upper + steps * NU;
+    let softened = lower + steps * NU;
     let mut column = 0;
     for (k, stage) in stages.iter().enumerate() {
+        let own = k * per_step..(k + 1) * per_step;
         for j in 0..NU {
-            for i in (0..NX).filter(|&i| sparsity.by_control[i][j] != 0.0) {
+            for i in (0..NX).filter(|&i| jacobians.by_control[i][j] != 0.0) {
                 visit(column, k * NX + i, -stage.jacobians.by_control[i][j]);
             }
             visit(column, upper + k * NU + j, 1.0);
             visit(column, lower + k * NU + j, -1.0);
+            if gradients.by_control[j] != 0.0 {
+                own.clone().for_each(|m| visit(column, softened + m, -inequalities[m].by_control[j]));
+            }
             column += 1;
         }
         for j in 0..NX {
             visit(column, k * NX + j, 1.0);
-            if let Some(next) = stages.get(k + 1) {
-                for i in (0..NX).filter(|&i| sparsity.by_state[i][j] != 0.0) {
+            let next = stages.get(k + 1);
+            if let Some(next) = next {
+                for i in (0..NX).filter(|&i| jacobians.by_state[i][j] != 0.0) {
                     visit(column, (k + 1) * NX + i, -next.jacobians.by_state[i][j]);
                 }
             }
+            if gradients.by_next[j] != 0.0 {
+                own.clone().for_each(|m| visit(column, softened + m, -inequalities[m].by_next[j]));
+            }
+            if gradients.by_state[j] != 0.0 && next.is_some() {
+                let following = own.end..own.end + per_step;
+                following.for_each(|m| visit(column, softened + m, -inequalities[m].by_state[j]));
+            }
             column += 1;
         }
+    }
+    for m in 0..inequalities.len() {
+        visit(column, softened + m, -1.0);
+        visit(column, softened + inequalities.len() + m, -1.0);
+        column += 1;
     }
 }
 
 /// Rewrites the vectors of the QP within their capacity.
 fn fill_vectors<const NX: usize, const NU: usize>(
     stages: &[Stage<NX, NU>],
+    inequalities: &[ConstraintRow<NX, NU>],
+    slack_price: f64,
     hessian: &mut Vec<f64>,
     gradient: &mut Vec<f64>,
     bounds: &mut Vec<f64>,
@@ -172,6 +226,8 @@ fn fill_vectors<const NX: usize, const NU: usize>(
         gradient.extend_from_slice(&stage.gradient.0);
         gradient.extend_from_slice(&stage.gradient.1);
     }
+    hessian.resize(hessian.len() + inequalities.len(), 0.0);
+    gradient.resize(hessian.len(), slack_price);
     // The linearisation is taken at a trajectory that obeys the dynamics: no gaps to close.
     bounds.resize(stages.len() * NX, 0.0);
     for stage in stages {
@@ -180,4 +236,6 @@ fn fill_vectors<const NX: usize, const NU: usize>(
     for stage in stages {
         bounds.extend_from_slice(&stage.to_lower);
     }
+    bounds.extend(inequalities.iter().map(|row| row.value));
+    bounds.resize(bounds.len() + inequalities.len(), 0.0);
 }

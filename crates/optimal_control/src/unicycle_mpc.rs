@@ -4,6 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_6, PI, TAU};
 
+use crate::constraints::{NoConstraints, StageConstraints};
 use crate::dynamics::EulerUnicycle;
 use crate::sqp::Sqp;
 use crate::sqp_settings::{QuadraticWeights, SqpSettings, SqpSetupError, require_positive};
@@ -57,8 +58,11 @@ impl UnicycleMpcSettings {
 /// half a turn, so it never jumps as the measured heading wraps. A guess that turns left and one that turns right
 /// compete with the previous plan, so that a goal straight behind, where every derivative vanishes, is turned to as
 /// well.
-pub struct UnicycleMpc {
-    sqp: Sqp<EulerUnicycle, 3, 2>,
+///
+/// With [`StageConstraints`] it is a planner that avoids what they forbid. They see states `[x_m, y_m, heading_rad]`
+/// whose origin is the goal and whose axes and heading (up to full turns) are those of the poses given.
+pub struct UnicycleMpc<C = NoConstraints> {
+    sqp: Sqp<EulerUnicycle, 3, 2, C>,
     /// Error of the previous call and the goal it belonged to.
     memory: Option<Memory>,
 }
@@ -75,10 +79,31 @@ impl UnicycleMpc {
     /// # Errors
     /// Unusable settings.
     pub fn new(settings: &UnicycleMpcSettings) -> Result<Self, SqpSetupError> {
+        Self::with_constraints(settings, NoConstraints, 1.0)
+    }
+}
+
+impl<C: StageConstraints<3, 2>> UnicycleMpc<C> {
+    /// Sets a planner up under inequalities, with no plan yet; `violation_weight` as for [`Sqp::with_constraints`].
+    ///
+    /// # Errors
+    /// Unusable settings.
+    pub fn with_constraints(
+        settings: &UnicycleMpcSettings,
+        constraints: C,
+        violation_weight: f64,
+    ) -> Result<Self, SqpSetupError> {
         require_positive("step_s", settings.step_s)?;
         let dynamics = EulerUnicycle { step_s: settings.step_s };
         let typical_state = [-3.0, 1.0, 0.5];
-        Ok(Self { sqp: Sqp::new(dynamics, settings.sqp, &typical_state)?, memory: None })
+        let sqp =
+            Sqp::with_constraints(dynamics, settings.sqp, constraints, violation_weight, &typical_state)?;
+        Ok(Self { sqp, memory: None })
+    }
+
+    /// The inequalities, to be moved before the next plan.
+    pub fn constraints_mut(&mut self) -> &mut C {
+        self.sqp.constraints_mut()
     }
 
     /// Forgets the previous plan, as after a jump of the pose.
@@ -93,16 +118,7 @@ impl UnicycleMpc {
     /// # Errors
     /// [`SqpError::NonFinite`]; the previous plan is then untouched.
     pub fn plan(&mut self, pose: &[f64; 3], goal: &[f64; 3], elapsed_s: f64) -> Result<SqpReport, SqpError> {
-        for (quantity, values) in [("the pose", pose), ("the goal", goal)] {
-            if !values.iter().all(|value| value.is_finite()) {
-                return Err(SqpError::NonFinite { quantity });
-            }
-        }
-        let heading_error = self.heading_error(pose, goal);
-        // Only the origin moves to the goal, the axes stay: so the third entry is the heading in these axes, and its
-        // reference the goal's. The heading error there would let the plan drive off in another direction.
-        let start = [pose[0] - goal[0], pose[1] - goal[1], goal[2] + heading_error];
-        let reference = [0.0, 0.0, goal[2]];
+        let (start, reference, heading_error) = self.problem(pose, goal)?;
         let dynamics = *self.sqp.dynamics();
         if self.memory.is_some() {
             self.sqp.shift_guess(elapsed_s / dynamics.step_s);
@@ -118,9 +134,49 @@ impl UnicycleMpc {
         Ok(report)
     }
 
+    /// Plans the problem of the last [`Self::plan`] once more, beginning with one constant control instead of the
+    /// previous plan: where inequalities split the plans, each side has its own optimum.
+    ///
+    /// # Errors
+    /// As [`Self::plan`].
+    pub fn plan_again_from(
+        &mut self,
+        pose: &[f64; 3],
+        goal: &[f64; 3],
+        control: [f64; 2],
+    ) -> Result<SqpReport, SqpError> {
+        let (start, reference, _) = self.problem(pose, goal)?;
+        self.sqp.guess_by_policy(&start, |_, _| control);
+        self.sqp.solve(&start, &reference)
+    }
+
+    /// Puts back the controls of another plan from the same pose, see [`Sqp::restore`].
+    pub fn restore(&mut self, controls: &[[f64; 2]]) {
+        self.sqp.restore(controls);
+    }
+
+    /// Start and reference as the SQP takes them, and the heading error.
+    fn problem(&self, pose: &[f64; 3], goal: &[f64; 3]) -> Result<([f64; 3], [f64; 3], f64), SqpError> {
+        for (quantity, values) in [("the pose", pose), ("the goal", goal)] {
+            if !values.iter().all(|value| value.is_finite()) {
+                return Err(SqpError::NonFinite { quantity });
+            }
+        }
+        let heading_error = self.heading_error(pose, goal);
+        // Only the origin moves to the goal, the axes stay: so the third entry is the heading in these axes, and its
+        // reference the goal's. The heading error there would let the plan drive off in another direction.
+        let start = [pose[0] - goal[0], pose[1] - goal[1], goal[2] + heading_error];
+        Ok((start, [0.0, 0.0, goal[2]], heading_error))
+    }
+
     /// Controls `[speed_mps, yaw_rate_radps]` of the plan that stands, one per step.
     pub fn controls(&self) -> &[[f64; 2]] {
         self.sqp.controls()
+    }
+
+    /// States `[x_m, y_m, heading_rad]` that the plan leads through, relative to the goal's position, the start first.
+    pub fn states(&self) -> &[[f64; 3]] {
+        self.sqp.states()
     }
 
     /// Length of a prediction step, s.
