@@ -103,7 +103,7 @@ pub(crate) fn run_stack(
     let interrupted = loop {
         std::thread::sleep(WATCH_PERIOD);
         for event in launcher.poll() {
-            crashes += note(&event)?;
+            crashes += note(&event, watch.somebody_commands())?;
         }
         if shutdown.requested() {
             break true;
@@ -153,7 +153,7 @@ fn start(plan: &SessionPlan<'_>) -> anyhow::Result<Launcher> {
     let give_up_ns = RealClock.now_ns() + RECORDER_PATIENCE_NS;
     while !plan.recording.exists() {
         for event in launcher.poll() {
-            note(&event)?;
+            note(&event, false)?;
         }
         anyhow::ensure!(
             RealClock.now_ns() < give_up_ns,
@@ -183,8 +183,8 @@ fn stop(mut launcher: Launcher) -> StopReport {
     launcher.stop(STOP_TIMEOUT)
 }
 
-/// Counts a crash; ends the run where a process stays down.
-fn note(event: &Event) -> anyhow::Result<usize> {
+/// Counts a crash; ends the run where a process stays down, other than a nominal controller in whose place somebody else commands.
+fn note(event: &Event, somebody_commands: bool) -> anyhow::Result<usize> {
     match event {
         Event::Restarted { .. } => Ok(0),
         Event::Failed { .. } => Ok(1),
@@ -194,6 +194,12 @@ fn note(event: &Event) -> anyhow::Result<usize> {
             Ok(0)
         }
         Event::Finished { .. } => anyhow::bail!("{event} although nobody asked it to; start the stack again"),
+        Event::GaveUp { id: ProcessId::Nominal, .. } | Event::RestartFailed { id: ProcessId::Nominal, .. }
+            if somebody_commands =>
+        {
+            tracing::warn!("{event}; somebody else commands");
+            Ok(0)
+        }
         Event::GaveUp { .. } | Event::RestartFailed { .. } => anyhow::bail!("{event}"),
     }
 }
@@ -257,6 +263,12 @@ struct Watch<'a> {
 }
 
 impl Watch<'_> {
+    /// Whether the filter heard a nominal controller just now.
+    fn somebody_commands(&self) -> bool {
+        let unheard = [Reason::NoNominalCommand.code(), Reason::StaleNominalCommand.code()];
+        self.command.is_some_and(|command| !unheard.contains(&command.reason))
+    }
+
     /// Takes news and shows them. Returns whether the stack has nothing left to do.
     fn look(&mut self, now_ns: u64, duration_s: Option<f64>) -> bool {
         self.command = self.commands.newest().or(self.command);

@@ -13,6 +13,8 @@ never. `odom` is the fixed, locally continuous world frame; `base` is the robot'
 brackets after a field's name are how many values it holds.
 """
 
+from __future__ import annotations
+
 import ctypes
 import enum
 
@@ -116,7 +118,11 @@ fn class(structure: &Struct) -> String {
         let _ =
             writeln!(text, "        (\"{}\", {}),", names::field(&field.name), field_type(&field.field_type));
     }
-    text += "    ]\n\n    @staticmethod\n    def type_name() -> str:\n        \"\"\"What iceoryx2 compares when a port is opened.\"\"\"\n";
+    text += "    ]\n\n";
+    for field in &structure.fields {
+        let _ = writeln!(text, "    {}: {}", names::field(&field.name), hint(&field.field_type));
+    }
+    text += "\n    @staticmethod\n    def type_name() -> str:\n        \"\"\"What iceoryx2 compares when a port is opened.\"\"\"\n";
     let offsets: Vec<String> = structure
         .fields
         .iter()
@@ -138,6 +144,16 @@ fn field_type(of: &FieldType) -> String {
         FieldType::F64 => "ctypes.c_double".to_owned(),
         FieldType::Struct(name) => name.clone(),
         FieldType::Array(of, count) => format!("{} * {count}", field_type(of)),
+    }
+}
+
+/// What a type checker is told that reading a field gives.
+fn hint(of: &FieldType) -> String {
+    match of {
+        FieldType::U32 | FieldType::U64 => "int".to_owned(),
+        FieldType::F64 => "float".to_owned(),
+        FieldType::Struct(name) => name.clone(),
+        FieldType::Array(of, _) => format!("ctypes.Array[{}]", field_type(of)),
     }
 }
 

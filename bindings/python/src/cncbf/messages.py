@@ -7,6 +7,8 @@ never. `odom` is the fixed, locally continuous world frame; `base` is the robot'
 brackets after a field's name are how many values it holds.
 """
 
+from __future__ import annotations
+
 import ctypes
 import enum
 
@@ -280,6 +282,20 @@ class Cycle(ctypes.Structure):
         ("involuntary_switches", ctypes.c_uint32),
     ]
 
+    sequence: int
+    due_ns: int
+    woke_ns: int
+    done_ns: int
+    cpu_ns: int
+    process: int
+    processor: int
+    trigger: int
+    skipped: int
+    minor_faults: int
+    major_faults: int
+    voluntary_switches: int
+    involuntary_switches: int
+
     @staticmethod
     def type_name() -> str:
         """What iceoryx2 compares when a port is opened."""
@@ -338,6 +354,19 @@ class Health(ctypes.Structure):
         ("realtime_granted", ctypes.c_uint32),
     ]
 
+    published_ns: int
+    cycles: int
+    missed_deadlines: int
+    max_lateness_ns: int
+    accepted_inputs: int
+    refused_inputs: int
+    process: int
+    pid: int
+    last_reason: int
+    errors: int
+    realtime_asked: int
+    realtime_granted: int
+
     @staticmethod
     def type_name() -> str:
         """What iceoryx2 compares when a port is opened."""
@@ -383,6 +412,14 @@ class Detection(ctypes.Structure):
         ("class_", ctypes.c_uint32),
         ("flags", ctypes.c_uint32),
     ]
+
+    track_id: int
+    position_in_odom_m: ctypes.Array[ctypes.c_double]
+    velocity_in_odom_mps: ctypes.Array[ctypes.c_double]
+    position_covariance_m2: ctypes.Array[ctypes.c_double]
+    radius_m: float
+    class_: int
+    flags: int
 
     @staticmethod
     def type_name() -> str:
@@ -439,6 +476,20 @@ class Obstacle(ctypes.Structure):
         ("class_", ctypes.c_uint32),
         ("quality", ctypes.c_uint32),
     ]
+
+    track_id: int
+    measured_at_ns: int
+    valid_at_ns: int
+    position_in_odom_m: ctypes.Array[ctypes.c_double]
+    velocity_in_odom_mps: ctypes.Array[ctypes.c_double]
+    acceleration_in_odom_mps2: ctypes.Array[ctypes.c_double]
+    heading_rad: float
+    heading_rate_radps: float
+    speed_mps: float
+    speed_rate_mps2: float
+    radius_m: float
+    class_: int
+    quality: int
 
     @staticmethod
     def type_name() -> str:
@@ -512,6 +563,27 @@ class Ledger(ctypes.Structure):
         ("voluntary_switches", ctypes.c_uint32),
         ("involuntary_switches", ctypes.c_uint32),
     ]
+
+    detections_source_ns: int
+    detections_ingress_ns: int
+    detections_published_ns: int
+    estimator_received_ns: int
+    estimator_published_ns: int
+    robot_state_source_ns: int
+    robot_state_ingress_ns: int
+    robot_state_published_ns: int
+    nominal_received_ns: int
+    nominal_published_ns: int
+    filter_due_ns: int
+    filter_woke_ns: int
+    filter_computed_ns: int
+    filter_published_ns: int
+    filter_trigger: int
+    filter_skipped: int
+    minor_faults: int
+    major_faults: int
+    voluntary_switches: int
+    involuntary_switches: int
 
     @staticmethod
     def type_name() -> str:
@@ -596,6 +668,28 @@ class SafeCommand(ctypes.Structure):
         ("ledger", Ledger),
     ]
 
+    sequence: int
+    control: ctypes.Array[ctypes.c_double]
+    nominal: ctypes.Array[ctypes.c_double]
+    control_kind: int
+    status: int
+    reason: int
+    obstacle_count: int
+    h_m: float
+    sdf_m: float
+    drift_mps: float
+    lg_h: ctypes.Array[ctypes.c_double]
+    alpha_per_s: float
+    slack_mps: float
+    hard_margin_mps: float
+    critical_track_id: int
+    critical_h_m: float
+    robot_position_in_odom_m: ctypes.Array[ctypes.c_double]
+    robot_heading_rad: float
+    outside_domain: int
+    kernel: int
+    ledger: Ledger
+
     @staticmethod
     def type_name() -> str:
         """What iceoryx2 compares when a port is opened."""
@@ -664,6 +758,20 @@ class SourceStatus(ctypes.Structure):
         ("kind", ctypes.c_uint32),
     ]
 
+    published_ns: int
+    elapsed_ns: int
+    total_ns: int
+    accepted: int
+    refused: int
+    min_clearance_m: float
+    clearance_m: float
+    path_length_m: float
+    goal_distance_m: float
+    collisions: int
+    goal_reached: int
+    finished: int
+    kind: int
+
     @staticmethod
     def type_name() -> str:
         """What iceoryx2 compares when a port is opened."""
@@ -707,6 +815,12 @@ class Stamp(ctypes.Structure):
         ("published_ns", ctypes.c_uint64),
     ]
 
+    sequence: int
+    source_ns: int
+    valid_at_ns: int
+    ingress_ns: int
+    published_ns: int
+
     @staticmethod
     def type_name() -> str:
         """What iceoryx2 compares when a port is opened."""
@@ -738,6 +852,10 @@ class Goal(ctypes.Structure):
         ("position_in_odom_m", ctypes.c_double * 2),
         ("heading_rad", ctypes.c_double),
     ]
+
+    stamp: Stamp
+    position_in_odom_m: ctypes.Array[ctypes.c_double]
+    heading_rad: float
 
     @staticmethod
     def type_name() -> str:
@@ -779,6 +897,15 @@ class NominalCommand(ctypes.Structure):
         ("effort", ctypes.c_uint32),
     ]
 
+    stamp: Stamp
+    bridge_published_ns: int
+    received_ns: int
+    control: ctypes.Array[ctypes.c_double]
+    control_kind: int
+    intent: int
+    controller: int
+    effort: int
+
     @staticmethod
     def type_name() -> str:
         """What iceoryx2 compares when a port is opened."""
@@ -815,6 +942,11 @@ class Detections(ctypes.Structure):
         ("left_out", ctypes.c_uint32),
         ("items", Detection * 64),
     ]
+
+    stamp: Stamp
+    count: int
+    left_out: int
+    items: ctypes.Array[Detection]
 
     @staticmethod
     def type_name() -> str:
@@ -856,6 +988,13 @@ class Obstacles(ctypes.Structure):
         ("items", Obstacle * 64),
     ]
 
+    stamp: Stamp
+    bridge_published_ns: int
+    received_ns: int
+    count: int
+    left_out: int
+    items: ctypes.Array[Obstacle]
+
     @staticmethod
     def type_name() -> str:
         """What iceoryx2 compares when a port is opened."""
@@ -892,6 +1031,12 @@ class RobotState(ctypes.Structure):
         ("velocity_in_base_mps", ctypes.c_double * 2),
         ("yaw_rate_radps", ctypes.c_double),
     ]
+
+    stamp: Stamp
+    position_in_odom_m: ctypes.Array[ctypes.c_double]
+    heading_rad: float
+    velocity_in_base_mps: ctypes.Array[ctypes.c_double]
+    yaw_rate_radps: float
 
     @staticmethod
     def type_name() -> str:
