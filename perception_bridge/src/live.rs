@@ -46,6 +46,7 @@ use intake::Intake;
 use reader::Reader;
 use speaker::{Shared, Speaker};
 use std::sync::mpsc::Receiver;
+use timebase::RosTime;
 
 const NS_PER_MS: u64 = 1_000_000;
 
@@ -66,6 +67,8 @@ pub struct RosSource {
     graph: Graph,
     /// As the graph needs them.
     settings: Settings,
+    /// What messages are stamped with.
+    time: RosTime,
     sink: CommandSink,
     sink_board: Arc<SinkBoard>,
     period_ns: u64,
@@ -103,8 +106,8 @@ impl RosSource {
         }
         let mut graph = Graph::join(&ros2, Environment::read()?)?;
         let intake = Intake::new(settings);
-        let commander =
-            if shadow { None } else { Some(Commander::start(&mut graph, &ros2, intake.ros_time())?) };
+        let time = intake.ros_time();
+        let commander = if shadow { None } else { Some(Commander::start(&mut graph, &ros2, time.clone())?) };
         let (hand_over, events) = HandOver::new();
         let (counters, waker) = (hand_over.counters(), hand_over.waker());
         let reader = Reader::start(&mut graph, &settings.source, &ros2, intake, hand_over)?;
@@ -118,6 +121,7 @@ impl RosSource {
             speaker: None,
             settings: settings.clone(),
             sink_board: Arc::new(SinkBoard::new()),
+            time,
             sink: CommandSink::new(settings),
             period_ns: ros2.command_period_ms * NS_PER_MS,
             next_command_ns: 0,
@@ -187,6 +191,7 @@ impl Source for RosSource {
         let shared = Shared {
             sink: self.commander.is_some().then(|| Arc::clone(&self.sink_board)),
             counters: Arc::clone(&self.counters),
+            time: self.time.clone(),
         };
         let speaker = Speaker::start(&mut self.graph, &self.settings, instance, shared, zero_level);
         // The robot is safe without: what is not told is in the log and in the recording.

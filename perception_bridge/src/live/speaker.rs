@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use messages::{Health, Obstacles, ProcessId, SafeCommand};
 use node_runtime::{Node, NodeError, Subscriber};
-use recording::ros2::{DiagnosticArray, DiagnosticStatus, FilterState, Float64, Header, Time};
+use recording::ros2::{DiagnosticArray, DiagnosticStatus, FilterState, Float64, Header};
 use settings::{ControllerKind, Ros2Settings, Settings};
 
 use super::arrival::Arrival;
@@ -22,6 +22,7 @@ use super::graph::Graph;
 use super::hand_over::Counters;
 use super::outlet::Outlet;
 use super::painter::{Painter, Scene, ZeroLevelOf};
+use super::timebase::RosTime;
 use super::watch::Watch;
 
 /// Between two looks at the stack: the highest rate of the filter's state.
@@ -49,6 +50,8 @@ pub(super) struct Shared {
     pub(super) sink: Option<Arc<SinkBoard>>,
     /// What was lost on the way.
     pub(super) counters: Arc<Counters>,
+    /// What messages are stamped with.
+    pub(super) time: RosTime,
 }
 
 impl Speaker {
@@ -232,7 +235,8 @@ impl Telling {
         if has_changed || now.stack_ns.saturating_sub(done.said_ns) >= REPEAT_PERIOD_NS {
             done.said_ns = now.stack_ns;
             said.clone_from(&status);
-            let header = Header { stamp: Time::from_ns(now.wall_ns), frame_id: String::new() };
+            let stamp = self.shared.time.at(now.stack_ns, now);
+            let header = Header { stamp, frame_id: String::new() };
             let _ = self.outlets.diagnostics.publish(DiagnosticArray { header, status });
         }
     }
@@ -256,10 +260,9 @@ impl Telling {
         painter.give(Scene { header, command: *command, obstacles: obstacles.clone() });
     }
 
-    /// A header for what held at `time_ns` of the stack clock, by the date that ROS 2 stamps with.
+    /// A header for what held at `time_ns` of the stack clock, by the clock that the graph stamps with.
     fn header(&self, time_ns: u64, now: Arrival) -> Header {
-        let date_ns = now.wall_ns.saturating_sub(now.stack_ns.saturating_sub(time_ns));
-        Header { stamp: Time::from_ns(date_ns), frame_id: self.frame.clone() }
+        Header { stamp: self.shared.time.at(time_ns, now), frame_id: self.frame.clone() }
     }
 }
 

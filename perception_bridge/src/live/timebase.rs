@@ -51,13 +51,18 @@ pub(super) struct RosTime {
 }
 
 impl RosTime {
-    /// Now; the zero that means "not stamped" while a simulation's clock was not heard.
+    /// Now, as [`Self::at`].
     pub(super) fn now(&self) -> Time {
-        let arrival = Arrival::now();
+        let now = Arrival::now();
+        self.at(now.stack_ns, now)
+    }
+
+    /// What it was at `stack_ns`; the zero that means "not stamped" while a simulation's clock was not heard.
+    pub(super) fn at(&self, stack_ns: u64, now: Arrival) -> Time {
         match self.sim_ahead_ns.as_ref().map(|ahead| ahead.load(Ordering::Relaxed)) {
-            None => Time::from_ns(arrival.wall_ns),
+            None => Time::from_ns(now.wall_ns.saturating_sub(now.stack_ns.saturating_sub(stack_ns))),
             Some(i64::MIN) => Time::default(),
-            Some(ahead_ns) => Time::from_ns(arrival.stack_ns.saturating_add_signed(ahead_ns)),
+            Some(ahead_ns) => Time::from_ns(stack_ns.saturating_add_signed(ahead_ns)),
         }
     }
 }
@@ -213,7 +218,9 @@ mod tests {
         assert_eq!(of(&timebase, 79 * S, 50 * S), Err(Reason::FutureStamp));
         assert_eq!(of(&timebase, DATE_NS + 50 * S, 50 * S), Err(Reason::ForeignClock), "the date");
         assert_eq!(of(&timebase, 77 * S, 52 * S), Err(Reason::ForeignClock), "/clock fell silent");
-        assert_ne!(time.now(), Time::default());
+        assert_eq!(time.at(50 * S + 20 * MS, at(51 * S)), Time::from_ns(77 * S + 20 * MS));
+        let date = Timebase::new(false).ros_time();
+        assert_eq!(date.at(50 * S, at(51 * S)), Time::from_ns(DATE_NS + 50 * S));
     }
 
     #[test]
