@@ -194,7 +194,8 @@ fn note(event: &Event, somebody_commands: bool) -> anyhow::Result<usize> {
             Ok(0)
         }
         Event::Finished { .. } => anyhow::bail!("{event} although nobody asked it to; start the stack again"),
-        Event::GaveUp { id: ProcessId::Nominal, .. } | Event::RestartFailed { id: ProcessId::Nominal, .. }
+        Event::GaveUp { id: ProcessId::Nominal, .. }
+        | Event::RestartFailed { id: ProcessId::Nominal, .. }
             if somebody_commands =>
         {
             tracing::warn!("{event}; somebody else commands");

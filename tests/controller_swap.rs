@@ -29,6 +29,8 @@ use witness::Witness;
 const DRIVE_NS: u64 = 2_000_000_000;
 /// Ends a test in which nobody took over; the figure itself is printed.
 const LONGEST_GAP_NS: u64 = 5_000_000_000;
+/// How often the launcher starts a process again within a minute.
+const RESTARTS: usize = 10;
 /// How long a guest may take until it has joined the stack.
 const PATIENCE_NS: u64 = 30_000_000_000;
 
@@ -177,4 +179,32 @@ fn a_run_survives_controllers_that_are_killed_while_another_one_waits() {
     assert!(segments.len() > 1, "{segments:?}");
     let last = segments.last().expect("somebody commanded");
     assert_eq!(last.controller, Controller::Mpc.code(), "{segments:?}");
+}
+
+#[test]
+fn a_run_goes_on_without_ours_while_somebody_else_commands() {
+    let Some(program) = c_program() else { return };
+    let domain = ScopedDomain::new();
+    let folder = scratch("swap_given_up");
+    let mut drive = Drive::begin(&domain, &folder);
+    let in_c = Guest::c(program, &domain);
+    drive.drive_beside(&domain, "cncbf/nominal_c");
+    // As often as the launcher starts it again, and once more.
+    let give_up_ns = RealClock.now_ns() + PATIENCE_NS;
+    let mut killed = BTreeSet::new();
+    drive.witness.watch_until("the end of the launcher's patience", |_| {
+        assert!(RealClock.now_ns() < give_up_ns, "only {} were killed", killed.len());
+        if let Some(ours) = pid_of(&domain, "cncbf/nominal")
+            && killed.insert(ours.as_raw_nonzero())
+        {
+            kill_process(ours, Signal::KILL).expect("a running controller");
+        }
+        killed.len() > RESTARTS
+    });
+
+    let (said, segments, safe) = drive.ended(&folder);
+    in_c.end();
+    assert!(said.err.contains("somebody else commands"), "{}", said.err);
+    print_gaps(&segments, &safe);
+    assert_eq!(segments.last().map(|segment| segment.controller), Some(C_CONTROLLER), "{segments:?}");
 }

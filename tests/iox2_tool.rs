@@ -14,7 +14,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use command::{Said, at, cncbf, scratch};
+use command::{Said, at, cncbf, count, scratch};
 use messages::{Message, NominalCommand, RobotState, SafeCommand};
 use node_runtime::{ScopedDomain, members};
 use rustix::process::{Pid, Signal, kill_process};
@@ -56,16 +56,15 @@ impl Tool {
     }
 
     /// What it says.
-    fn says(&self, arguments: &[&str]) -> String {
-        let said = Said::of(self.command(arguments).output().expect("the tool starts"));
+    fn says(&self, arguments: &[&str]) -> Said {
+        let said = Said::by(self.command(arguments), &[]);
         assert_eq!(said.code, 0, "{arguments:?}: {said:?}");
-        said.out
+        said
     }
 
-    /// What it says as JSON. Before that it may say that it has read its configuration.
+    /// What it says as JSON.
     fn tells(&self, arguments: &[&str]) -> Value {
-        let text = self.says(&[arguments, &["--format", "JSON"]].concat());
-        serde_json::from_str(&text).unwrap_or_else(|error| panic!("{arguments:?}: {error}: {text}"))
+        self.says(&[arguments, &["--format", "JSON"]].concat()).json()
     }
 }
 
@@ -76,7 +75,7 @@ fn assert_described<T: Message>(tool: &Tool) {
     let payload = at(&details, "/pattern/PublishSubscribe/message_type_details/payload");
     assert_eq!(at(&details, "/service_name"), name.as_str());
     assert_eq!(at(payload, "/type_name"), T::TYPE_NAME);
-    assert_eq!(at(payload, "/size"), size_of::<T>());
+    assert_eq!(count(payload, "/size"), size_of::<T>() as u64);
 }
 
 #[test]
@@ -96,11 +95,11 @@ fn the_tool_of_iceoryx2_shows_a_running_stack() {
     witness.watch_until_a_cycle_after(since_ns + DRIVE_NS);
     drop(witness);
 
-    let nodes = tool.says(&["node", "list"]);
+    let nodes = tool.says(&["node", "list"]).out;
     for process in ["bridge", "estimator", "nominal", "filter", "recorder", "launcher"] {
         assert!(nodes.contains(&format!("\"cncbf/{process}\"")), "no {process} in {nodes}");
     }
-    let services = tool.says(&["service", "list"]);
+    let services = tool.says(&["service", "list"]).out;
     for member in members(&domain).expect("a readable domain") {
         assert!(member.name.starts_with("cncbf/"), "{member:?}");
     }
@@ -111,7 +110,7 @@ fn the_tool_of_iceoryx2_shows_a_running_stack() {
     assert_described::<RobotState>(&tool);
     assert_described::<NominalCommand>(&tool);
     assert_described::<SafeCommand>(&tool);
-    let hz = tool.says(&["service", "hz", "--timeout", "2", "cncbf/safe_command"]);
+    let hz = tool.says(&["service", "hz", "--timeout", "2", "cncbf/safe_command"]).out;
     println!("{hz}");
     assert!(hz.contains("rate_hz"), "{hz}");
 
