@@ -16,6 +16,9 @@ use node_runtime::{Domain, Member, ScopedDomain, leftovers, members};
 use rustix::process::{Pid, Signal, kill_process};
 use witness::Witness;
 
+/// How long a stack drives before it is killed, so that its recorder has written something, ns.
+const DRIVE_NS: u64 = 3_000_000_000;
+
 /// A stack called `instance`, once it drives.
 fn driving(domain: &Domain, folder: &Path, instance: &str) -> (Child, Witness, u64) {
     let mut witness = Witness::join(domain, instance);
@@ -63,7 +66,8 @@ fn assert_swept(domain: &Domain) {
 fn a_stack_that_was_killed_at_once_starts_again_cleanly() {
     let domain = ScopedDomain::new();
     let folder = scratch("leftovers_again");
-    let (mut run, witness, _) = driving(&domain, &folder, "robot");
+    let (mut run, mut witness, since_ns) = driving(&domain, &folder, "robot");
+    witness.watch_until_a_cycle_after(since_ns + DRIVE_NS);
     drop(witness);
     kill_at_once(&domain, &mut run, "robot");
     assert!(!leftovers(&domain).expect("a readable /dev/shm").is_empty(), "a crash leaves something");
