@@ -1,11 +1,12 @@
 //! Which anonymous detection belongs to which anonymous track.
 //!
-//! Greedy nearest neighbour: the closest admissible pair first, then the closest of what is left. Not here: named
-//! detections, whose identity is perception's business.
+//! Without a filter the closest admissible pair comes first, then the closest of what is left. With one, all pairs together
+//! are the likeliest ones. Not here: named detections, whose identity is perception's business.
 
 use messages::{Detection, MAX_OBSTACLES};
 use settings::EstimatorSettings;
 
+use crate::assignment::Assignment;
 use crate::beliefs::{Beliefs, GATE_DISTANCE2};
 use crate::motion::Sighting;
 use crate::track::Track;
@@ -19,12 +20,16 @@ struct Candidate {
     detection: usize,
 }
 
+/// What the least likely admissible pair gains over none, so that it is one.
+const LEAST_GAIN: f64 = 1e-6;
+
 /// Working memory of the association, allocated once.
 #[derive(Debug)]
 pub(crate) struct Association {
     candidates: Vec<Candidate>,
     /// What each anonymous detection says of a position; unused without a filter.
     sightings: Vec<Sighting>,
+    assignment: Assignment,
     /// Per entry of the frame, the track it was given.
     assigned: [Option<usize>; MAX_OBSTACLES],
 }
@@ -34,6 +39,7 @@ impl Association {
         Self {
             candidates: Vec::with_capacity(MAX_OBSTACLES * MAX_OBSTACLES),
             sightings: Vec::with_capacity(MAX_OBSTACLES),
+            assignment: Assignment::new(),
             assigned: [None; MAX_OBSTACLES],
         }
     }
@@ -68,7 +74,10 @@ impl Association {
     }
 
     /// The same with beliefs: a detection is admissible if it also lies within the ellipse that holds 99 % of sightings, and
-    /// the likeliest pair comes first.
+    /// all pairs together are the likeliest, not each by itself: in a crowd the nearest one may be somebody else's.
+    ///
+    /// A pair gains as much log-likelihood as it has beyond that of the least likely admissible one, so none is broken up for
+    /// the sake of their number.
     pub(crate) fn likeliest(
         &mut self,
         tracks: &[Track],
@@ -82,21 +91,31 @@ impl Association {
         self.assigned = [None; MAX_OBSTACLES];
         self.sightings.clear();
         self.sightings.extend(anonymous.iter().map(|&detection| beliefs.sighting(&frame[detection])));
+        let mut flattest = f64::NEG_INFINITY;
         for (track, state) in tracks.iter().enumerate().filter(|(_, state)| state.anonymous && !state.seen) {
             let forecast = state.forecast(time_ns, beliefs);
             let interval_s = (time_ns - state.measured_at_ns) as f64 * 1e-9;
-            for (sighting, &detection) in self.sightings.iter().zip(anonymous) {
+            for (column, sighting) in self.sightings.iter().enumerate() {
                 let distance_m = (sighting.position_m - forecast.position_m()).norm();
                 if distance_m > settings.association_gate_m {
                     continue;
                 }
                 let (distance2, log_determinant) = forecast.surprise(sighting);
                 if distance2 <= GATE_DISTANCE2 && state.could_reach(sighting, interval_s, settings, beliefs) {
-                    self.candidates.push(Candidate { cost: distance2 + log_determinant, track, detection });
+                    let cost = distance2 + log_determinant;
+                    self.candidates.push(Candidate { cost, track, detection: column });
+                    flattest = flattest.max(log_determinant);
                 }
             }
         }
-        self.assign();
+        self.assignment.clear(tracks.len(), anonymous.len());
+        let nobody = GATE_DISTANCE2 + flattest + LEAST_GAIN;
+        for candidate in &self.candidates {
+            self.assignment.gain(candidate.track, candidate.detection, nobody - candidate.cost);
+        }
+        for (track, column) in self.assignment.solve() {
+            self.assigned[anonymous[column]] = Some(track);
+        }
     }
 
     /// Gives each track at most one detection and each detection at most one track, the cheapest candidates first.

@@ -7,6 +7,7 @@
 //! Not here: perception, and what the robot does about obstacles. Who relies on an answer later than the time it holds for
 //! predicts it that far, as `cbf_filter` does: the delay of perception is made up for there, once.
 
+mod assignment;
 mod association;
 mod beliefs;
 mod counts;

@@ -95,18 +95,12 @@ def imm(seen: list[dict]) -> list[dict]:
 
 
 def assignments() -> list[dict]:
-    """Best pairs of random costs, a third of which are forbidden: as many pairs as can be, then the least total."""
+    """The pairs that gain most together; a third of all pairs gain nothing and are not formed."""
     rng, kept = np.random.default_rng(3), []
-    for rows, columns in [(1, 1), (3, 3), (4, 7), (9, 5), (16, 16), (30, 30)]:
-        costs = rng.uniform(-5.0, 9.0, (rows, columns)).round(6)
-        allowed = rng.uniform(size=costs.shape) > 1 / 3
-        at = linear_sum_assignment(np.where(allowed, costs, 1e6))
-        pairs = [[int(i), int(j)] for i, j in zip(*at) if allowed[i, j]]
-        kept.append({
-            "costs": [[c if ok else None for c, ok in zip(*row)] for row in zip(costs.tolist(), allowed)],
-            "pairs": pairs,
-            "total": float(sum(costs[i, j] for i, j in pairs)),
-        })
+    for shape in [(1, 1), (3, 3), (4, 7), (9, 5), (16, 16), (30, 30), (64, 12)]:
+        gains = np.where(rng.uniform(size=shape) > 1 / 3, rng.uniform(0.0, 9.0, shape).round(6), 0.0)
+        pairs = [[int(i), int(j)] for i, j in zip(*linear_sum_assignment(gains, maximize=True)) if gains[i, j] > 0]
+        kept.append({"gains": gains.tolist(), "pairs": pairs})
     return kept
 
 
