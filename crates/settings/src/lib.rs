@@ -27,7 +27,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 pub use error::SettingsError;
-pub use estimator::{EstimatorKind, EstimatorSettings};
+pub use estimator::{
+    EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, ManoeuvreSettings, NoiseSettings,
+};
 pub use filter::{ClassName, FilterSettings, FilterTrigger, KernelChoice};
 pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings, PurePursuitSettings};
 pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
