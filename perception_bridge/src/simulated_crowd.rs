@@ -1,22 +1,20 @@
 //! The simulated crowd as a source: people who ignore the robot, and a robot that obeys the filter.
+//!
+//! Lives here: the world in step with the stack clock, and what is published when. Who is seen, and how wrongly, is in
+//! `sensor`.
 
-use bytemuck::Zeroable;
+use std::collections::VecDeque;
+
 use crowd_sim::{
-    CrowdKind, GenerateError, PersonState, PlantSettings, Rectangle, RobotStart, ScenarioRequest, World,
-    WorldError,
+    CrowdKind, GenerateError, PlantSettings, Rectangle, RobotStart, Scenario, ScenarioFileError,
+    ScenarioRequest, World, WorldError, read_scenario,
 };
 use dynamics::InputBox;
-use messages::{
-    Detection, DetectionFlags, Detections, Goal, MAX_OBSTACLES, ObstacleClass, RobotState, SafeCommand,
-    SourceKind, SourceStatus, Stamp,
-};
-use rand::SeedableRng;
-use rand_distr::{Distribution, Normal};
-use rand_pcg::Pcg64Mcg;
+use messages::{Detections, Goal, RobotState, SafeCommand, SourceKind, SourceStatus, Stamp};
 use settings::{RobotKind, Settings};
 
 use crate::command_sink::{CommandSink, Obedience, SinkState};
-use crate::nearest::by_distance;
+use crate::sensor::Sensor;
 use crate::source::{BridgeEvent, Source};
 
 const NS_PER_MS: u64 = 1_000_000;
@@ -37,9 +35,9 @@ pub enum SimulationError {
     /// The robot cannot be simulated.
     #[error("simulation: {0}")]
     World(#[from] WorldError),
-    /// The noise has no distribution.
-    #[error("simulation.position_noise_m: {0}")]
-    Noise(#[from] rand_distr::NormalError),
+    /// The scenario that the settings name cannot be had.
+    #[error("simulation.scenario: {0}")]
+    File(#[from] ScenarioFileError),
 }
 
 /// A [`crowd_sim::World`] in step with the stack clock.
@@ -48,8 +46,10 @@ pub struct SimulatedCrowd {
     sink: CommandSink,
     kind: RobotKind,
     goal: [f64; 3],
-    noise: Option<Normal<f64>>,
-    rng: Pcg64Mcg,
+    sensor: Sensor,
+    latency_ns: u64,
+    /// Frames that have not arrived yet, each with the world time it was measured at, ns. Has room for all there can be.
+    on_their_way: VecDeque<(u64, Detections)>,
     step_ns: u64,
     state_period_ns: u64,
     detections_period_ns: u64,
@@ -57,19 +57,18 @@ pub struct SimulatedCrowd {
     /// Stack time of world time zero; set when the source is first polled.
     origin_ns: Option<u64>,
     next_state_ns: u64,
-    next_detections_ns: u64,
+    next_look_ns: u64,
     next_goal_ns: u64,
     sequences: [u64; 3],
     accepted: u64,
-    /// Person indices, sorted by distance when a frame is made.
-    nearest: Vec<usize>,
 }
 
 impl SimulatedCrowd {
-    /// Draws the scenario of `settings.simulation` and puts everybody in place. The robot obeys the filter.
+    /// Takes the scenario that `settings.simulation` names or draws one, and puts everybody in place. The robot obeys the
+    /// filter.
     ///
     /// # Errors
-    /// [`SimulationError`] if people, robot or noise cannot be simulated as asked.
+    /// [`SimulationError`] if people or robot cannot be simulated as asked.
     pub fn new(settings: &Settings) -> Result<Self, SimulationError> {
         Self::with_robot_obeying(settings, Obedience::Filter)
     }
@@ -79,46 +78,41 @@ impl SimulatedCrowd {
     /// # Errors
     /// As [`Self::new`].
     pub fn with_robot_obeying(settings: &Settings, whom: Obedience) -> Result<Self, SimulationError> {
+        Ok(Self::in_scenario(settings, &simulated_scenario(settings)?, whom)?)
+    }
+
+    /// Puts everybody in place as `scenario` says, whatever scenario `settings.simulation` names; robot, periods and sensor are
+    /// those of the settings. The robot obeys `whom`.
+    ///
+    /// # Errors
+    /// [`WorldError`] if people or robot cannot be simulated.
+    pub fn in_scenario(
+        settings: &Settings,
+        scenario: &Scenario,
+        whom: Obedience,
+    ) -> Result<Self, WorldError> {
         let simulation = &settings.simulation;
-        let [x_min, y_min] = simulation.arena_min_m;
-        let [x_max, y_max] = simulation.arena_max_m;
-        let [start_x, start_y, start_heading] = simulation.start;
-        let scenario = ScenarioRequest {
-            seed: simulation.seed,
-            crowd: CrowdKind::SocialForce,
-            count: simulation.people,
-            arena: Rectangle { x_m: [x_min, x_max], y_m: [y_min, y_max] },
-            desired_speed_mps: simulation.desired_speed_mps,
-            goals_per_person: GOALS_PER_PERSON,
-            goal_radius_m: PERSON_GOAL_RADIUS_M,
-            person_radius_m: simulation.person_radius_m,
-            clear_of_start_m: simulation.start_clearance_m,
-            start: RobotStart { position_m: [start_x, start_y], heading_rad: start_heading },
-            goal_m: [simulation.goal[0], simulation.goal[1]],
-            goal_tolerance_m: settings.nominal.goal_tolerance_m,
-            time_limit_s: simulation.timeout_s,
-            robot_radius_m: settings.robot.radius_m,
-        }
-        .generate()?;
-        let noise = simulation.position_noise_m;
+        let [x, y] = scenario.goal_m;
+        let latency_ms = simulation.sensing.as_ref().map_or(0, |sensing| sensing.latency_ms);
+        let most_on_their_way = (latency_ms / simulation.detections_period_ms) as usize + 2;
         Ok(Self {
-            world: World::new(&scenario, simulated_plant(settings))?,
+            world: World::new(scenario, simulated_plant(settings))?,
             sink: CommandSink::obeying(settings, whom),
             kind: settings.robot.kind,
-            goal: simulation.goal,
-            noise: if noise > 0.0 { Some(Normal::new(0.0, noise)?) } else { None },
-            rng: Pcg64Mcg::seed_from_u64(simulation.seed),
+            goal: [x, y, scenario.goal_heading_rad],
+            sensor: Sensor::new(simulation, scenario),
+            latency_ns: latency_ms * NS_PER_MS,
+            on_their_way: VecDeque::with_capacity(most_on_their_way),
             step_ns: simulation.step_ms * NS_PER_MS,
             state_period_ns: simulation.robot_state_period_ms * NS_PER_MS,
             detections_period_ns: simulation.detections_period_ms * NS_PER_MS,
-            timeout_ns: (simulation.timeout_s * 1e9) as u64,
+            timeout_ns: (scenario.time_limit_s * 1e9) as u64,
             origin_ns: None,
             next_state_ns: 0,
-            next_detections_ns: 0,
+            next_look_ns: 0,
             next_goal_ns: 0,
             sequences: [0; 3],
             accepted: 0,
-            nearest: Vec::with_capacity(scenario.people.len()),
         })
     }
 
@@ -169,20 +163,18 @@ impl SimulatedCrowd {
         }
     }
 
-    fn detections(&mut self, world_ns: u64, origin_ns: u64, now_ns: u64) -> Detections {
-        let stamp = self.stamp(1, world_ns, origin_ns, now_ns);
-        let people = self.world.people();
-        by_distance(&mut self.nearest, people.len(), self.world.robot().position_m, |index| {
-            people[index].position_m
-        });
-        let count = people.len().min(MAX_OBSTACLES);
-        let mut frame = Detections { stamp, ..Detections::zeroed() };
-        frame.count = count as u32;
-        frame.left_out = (people.len() - count) as u32;
-        for (item, &index) in frame.items.iter_mut().zip(&self.nearest) {
-            *item = detection(&people[index], self.noise.as_ref(), &mut self.rng);
-        }
-        frame
+    fn look(&mut self, world_ns: u64) {
+        self.on_their_way.push_back((world_ns, self.sensor.look(&self.world)));
+    }
+
+    /// World time at which the next frame arrives, ns.
+    fn next_arrival_ns(&self) -> u64 {
+        self.on_their_way.front().map_or(u64::MAX, |(measured_ns, _)| measured_ns + self.latency_ns)
+    }
+
+    fn arrival(&mut self, origin_ns: u64, now_ns: u64) -> Option<Detections> {
+        let (measured_ns, frame) = self.on_their_way.pop_front()?;
+        Some(Detections { stamp: self.stamp(1, measured_ns, origin_ns, now_ns), ..frame })
     }
 
     fn goal(&mut self, world_ns: u64, origin_ns: u64, now_ns: u64) -> Goal {
@@ -191,9 +183,9 @@ impl SimulatedCrowd {
         Goal { stamp, position_in_odom_m: [x, y], heading_rad }
     }
 
-    /// World time of the earliest event that is not out yet, ns.
+    /// World time at which there is something to do next, ns.
     fn next_event_ns(&self) -> u64 {
-        self.next_state_ns.min(self.next_detections_ns).min(self.next_goal_ns)
+        self.next_state_ns.min(self.next_look_ns).min(self.next_arrival_ns()).min(self.next_goal_ns)
     }
 
     fn timed_out(&self) -> bool {
@@ -208,21 +200,31 @@ impl Source for SimulatedCrowd {
 
     fn poll(&mut self, now_ns: u64) -> Option<BridgeEvent> {
         let origin_ns = *self.origin_ns.get_or_insert(now_ns);
-        let event_ns = self.next_event_ns();
-        if origin_ns + event_ns > now_ns || self.timed_out() {
+        if self.timed_out() {
             return None;
         }
-        self.advance(event_ns, origin_ns);
-        if self.next_state_ns == event_ns {
-            self.next_state_ns += self.state_period_ns;
-            return Some(BridgeEvent::RobotState(self.robot_state(event_ns, origin_ns, now_ns)));
+        loop {
+            let event_ns = self.next_event_ns();
+            if origin_ns + event_ns > now_ns {
+                return None;
+            }
+            self.advance(event_ns, origin_ns);
+            if self.next_state_ns == event_ns {
+                self.next_state_ns += self.state_period_ns;
+                return Some(BridgeEvent::RobotState(self.robot_state(event_ns, origin_ns, now_ns)));
+            }
+            if self.next_look_ns == event_ns {
+                self.next_look_ns += self.detections_period_ns;
+                self.look(event_ns);
+            }
+            if self.next_arrival_ns() == event_ns {
+                return self.arrival(origin_ns, now_ns).map(BridgeEvent::Detections);
+            }
+            if self.next_goal_ns == event_ns {
+                self.next_goal_ns += GOAL_PERIOD_NS;
+                return Some(BridgeEvent::Goal(self.goal(event_ns, origin_ns, now_ns)));
+            }
         }
-        if self.next_detections_ns == event_ns {
-            self.next_detections_ns += self.detections_period_ns;
-            return Some(BridgeEvent::Detections(self.detections(event_ns, origin_ns, now_ns)));
-        }
-        self.next_goal_ns += GOAL_PERIOD_NS;
-        Some(BridgeEvent::Goal(self.goal(event_ns, origin_ns, now_ns)))
     }
 
     fn command(&mut self, command: &SafeCommand, now_ns: u64) {
@@ -253,33 +255,55 @@ impl Source for SimulatedCrowd {
     }
 }
 
+/// The scenario that `settings.simulation` names, or else the one that it draws.
+///
+/// # Errors
+/// [`SimulationError`] if the file cannot be had or the people have no room.
+pub fn simulated_scenario(settings: &Settings) -> Result<Scenario, SimulationError> {
+    let simulation = &settings.simulation;
+    if let Some(named) = &simulation.scenario {
+        return Ok(read_scenario(&named.file, named.name.as_deref())?);
+    }
+    let [x_min, y_min] = simulation.arena_min_m;
+    let [x_max, y_max] = simulation.arena_max_m;
+    let [start_x, start_y, start_heading] = simulation.start;
+    let [goal_x, goal_y, goal_heading_rad] = simulation.goal;
+    let drawn = ScenarioRequest {
+        seed: simulation.seed,
+        crowd: CrowdKind::SocialForce,
+        count: simulation.people,
+        arena: Rectangle { x_m: [x_min, x_max], y_m: [y_min, y_max] },
+        desired_speed_mps: simulation.desired_speed_mps,
+        goals_per_person: GOALS_PER_PERSON,
+        goal_radius_m: PERSON_GOAL_RADIUS_M,
+        person_radius_m: simulation.person_radius_m,
+        clear_of_start_m: simulation.start_clearance_m,
+        start: RobotStart { position_m: [start_x, start_y], heading_rad: start_heading },
+        goal_m: [goal_x, goal_y],
+        goal_tolerance_m: settings.nominal.goal_tolerance_m,
+        time_limit_s: simulation.timeout_s,
+        robot_radius_m: settings.robot.radius_m,
+    }
+    .generate()?;
+    Ok(Scenario { goal_heading_rad, ..drawn })
+}
+
 /// The simulated robot of `settings`: the actuators reach zero even where the filter's controls do not, since a brake must work.
 pub fn simulated_plant(settings: &Settings) -> PlantSettings {
     let robot = &settings.robot;
     let limit = settings.simulation.acceleration_limit;
+    let actuators = settings.simulation.actuators.as_ref();
     PlantSettings {
         actuator_limits: InputBox {
             min: robot.control_min.map(|lowest| lowest.min(0.0)),
             max: robot.control_max.map(|highest| highest.max(0.0)),
         },
+        delay_s: actuators.map_or(0.0, |actuators| actuators.delay_ms * 1e-3),
+        lag_s: actuators.map_or(0.0, |actuators| actuators.lag_ms * 1e-3),
         input_rate_limit_per_s: (limit > 0.0).then_some([limit; 2]),
         ..match robot.kind {
             RobotKind::Unicycle => PlantSettings::ground_robot(),
             RobotKind::DoubleIntegrator => PlantSettings::quadrotor(),
         }
-    }
-}
-
-fn detection(person: &PersonState, noise: Option<&Normal<f64>>, rng: &mut Pcg64Mcg) -> Detection {
-    let jitter = |value: f64, rng: &mut Pcg64Mcg| noise.map_or(value, |noise| value + noise.sample(rng));
-    let [x, y] = person.position_m;
-    Detection {
-        track_id: person.id,
-        position_in_odom_m: [jitter(x, rng), jitter(y, rng)],
-        velocity_in_odom_mps: person.velocity_mps,
-        position_covariance_m2: [0.0; 3],
-        radius_m: person.radius_m,
-        class: ObstacleClass::Pedestrian.code(),
-        flags: DetectionFlags::HAS_VELOCITY,
     }
 }
