@@ -258,7 +258,7 @@ impl Node {
                 wake::Notifier::Iceoryx(Box::new(membership.waker(&services::wake_name(&self.instance, of))?))
             }
             #[cfg(feature = "dds")]
-            Link::Dds(_) => wake::Notifier::Dds,
+            Link::Dds(participant) => wake::Notifier::Dds(participant.waker(of)),
         }))
     }
 

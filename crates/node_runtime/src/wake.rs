@@ -1,5 +1,7 @@
 //! Waking a process when something arrived for it: one listener per process, any number of wakers.
 
+#[cfg(feature = "dds")]
+use std::sync::Arc;
 use std::{os::fd::BorrowedFd, time::Duration};
 
 use rustix::{
@@ -111,20 +113,24 @@ pub struct Waker(pub(crate) Notifier);
 #[derive(Debug)]
 pub(crate) enum Notifier {
     Iceoryx(Box<iceoryx::Waker>),
-    /// The message that was sent before wakes its reader.
+    /// Another process is woken by the message that was sent to it before; this one can be woken.
     #[cfg(feature = "dds")]
-    Dds,
+    Dds(Option<Arc<ros2_client::dds::rustdds::mio1::Waker>>),
 }
 
 impl Waker {
     /// Wakes the process. Never blocks, and does nothing if the process is not there or already has a wake-up pending.
     ///
-    /// Over [`crate::Transport::Dds`] it does nothing: there, the message sent before wakes whom it is for.
+    /// Over [`crate::Transport::Dds`] it wakes this process only, from another of its threads: there, the message sent before
+    /// wakes every other one.
     pub fn wake(&self) {
         match &self.0 {
             Notifier::Iceoryx(waker) => waker.wake(),
             #[cfg(feature = "dds")]
-            Notifier::Dds => {}
+            Notifier::Dds(own) => {
+                // It fails only where the system does; the listener then looks when its time is up.
+                let _ = own.as_ref().map(|own| own.wake());
+            }
         }
     }
 }

@@ -148,3 +148,16 @@ fn sequences(subscriber: &mut Subscriber<Obstacles>) -> Vec<u64> {
     subscriber.drain(|message| seen.push(message.stamp.sequence));
     seen
 }
+
+#[test]
+fn a_process_is_woken_by_its_own_threads() {
+    let domain = ScopedDomain::new();
+    let node = open(&domain, "own", ProcessId::Bridge);
+    let (wake_up, waker) = (node.wake_up().unwrap(), node.waker(ProcessId::Bridge).unwrap());
+    assert_eq!(wake_up.wait(Duration::ZERO), Woken::TimedOut);
+    std::thread::scope(|threads| {
+        threads.spawn(|| waker.wake());
+        assert_eq!(wake_up.wait(PATIENCE), Woken::Notified);
+    });
+    assert_eq!(wake_up.wait(Duration::ZERO), Woken::TimedOut, "once");
+}

@@ -1,7 +1,8 @@
 //! The transport to compare with: the same messages over ROS 2's DDS (ros2-client on RustDDS), on loopback only.
 //!
 //! A message travels as the bytes it has in shared memory, in a sequence of octets, on the topic
-//! `/<domain's prefix>/<instance>/<service>`. Data that arrives wakes the process it is for; there are no other wake-ups.
+//! `/<domain's prefix>/<instance>/<service>`. Data that arrives wakes the process it is for; beside that a process can only wake
+//! itself, from another of its threads.
 //! Every port allocates, copies and locks, and RustDDS adds two threads to each process.
 
 mod frame;
@@ -10,7 +11,7 @@ mod quality;
 mod subscriber;
 mod wake;
 
-use std::{cell::RefCell, fmt, net::Ipv4Addr};
+use std::{cell::RefCell, fmt, net::Ipv4Addr, sync::Arc};
 
 use messages::{Detections, Message, Obstacles, ProcessId, SafeCommand};
 use ros2_client::{
@@ -19,7 +20,7 @@ use ros2_client::{
         Context, Node as RosNode,
         rustdds::{
             DomainParticipantBuilder, Topic,
-            mio1::{Interest, Poll, Registry, Token, event::Source},
+            mio1::{Interest, Poll, Registry, Token, Waker, event::Source},
         },
     },
 };
@@ -29,6 +30,10 @@ use crate::{Domain, NodeError, services::SHORT_QUEUE};
 
 /// Environment variable of every ROS 2 program.
 const DOMAIN_ID_VARIABLE: &str = "ROS_DOMAIN_ID";
+/// What readers report as.
+const DATA: Token = Token(0);
+/// What a wake-up by this process itself reports as.
+const OWN: Token = Token(1);
 /// Highest domain whose ports exist.
 const MAX_DOMAIN_ID: u16 = 232;
 
@@ -43,6 +48,7 @@ pub(crate) struct Participant {
     registry: Registry,
     /// Until the process asks for its listener.
     poll: RefCell<Option<Poll>>,
+    own: Arc<Waker>,
 }
 
 impl Participant {
@@ -64,6 +70,7 @@ impl Participant {
             .map_err(|error| failed(error.to_string()))?;
         let poll = Poll::new().map_err(|error| failed(error.to_string()))?;
         let registry = poll.registry().try_clone().map_err(|error| failed(error.to_string()))?;
+        let own = Waker::new(&registry, OWN).map_err(|error| failed(error.to_string()))?;
         Ok(Self {
             node: RefCell::new(node),
             context,
@@ -71,6 +78,7 @@ impl Participant {
             process,
             registry,
             poll: RefCell::new(Some(poll)),
+            own: Arc::new(own),
         })
     }
 
@@ -94,10 +102,15 @@ impl Participant {
         if wakes(T::SERVICE) == Some(self.process) {
             subscriber
                 .port
-                .register(&self.registry, Token(0), Interest::READABLE)
+                .register(&self.registry, DATA, Interest::READABLE)
                 .map_err(|error| open_failed(service, &error))?;
         }
         Ok(subscriber)
+    }
+
+    /// What wakes `of`, where that is this process.
+    pub(crate) fn waker(&self, of: ProcessId) -> Option<Arc<Waker>> {
+        (of == self.process).then(|| Arc::clone(&self.own))
     }
 
     pub(crate) fn listener(&self, service: &str) -> Result<Listener, NodeError> {
