@@ -183,4 +183,3 @@ pub(crate) struct RecordArgs {
     #[arg(long)]
     pub(crate) shadow: bool,
 }
-

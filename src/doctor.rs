@@ -1,5 +1,7 @@
-//! `cncbf doctor`: what on this machine would spoil real time, what the kernel grants, and how punctual it is.
+//! `cncbf doctor`: what on this machine would spoil real time, what the kernel grants, how punctual it is, and who is in the ROS 2
+//! graph.
 
+mod graph;
 mod output;
 
 use std::time::Duration;
@@ -13,6 +15,7 @@ use settings::{Settings, WaitKind};
 use crate::cli::DoctorArgs;
 use crate::common::settings;
 use crate::progress::Bar;
+use graph::GraphView;
 use output::Examination;
 
 /// The processes that ask for something.
@@ -31,6 +34,8 @@ pub(crate) fn doctor(args: &DoctorArgs) -> anyhow::Result<bool> {
     let mut findings = probe(&domain);
     findings.push(model(&settings)?);
     let running = running(&domain, &args.process.instance)?;
+    // Before anything is measured: DDS has threads of its own.
+    let graph = GraphView::of(&settings);
     let rights = ASKING.map(|process| (process, rights_of(&settings, process)));
 
     let period = Duration::from_millis(settings.filter.period_ms);
@@ -47,7 +52,7 @@ pub(crate) fn doctor(args: &DoctorArgs) -> anyhow::Result<bool> {
 
     let verdict = judge(&own, &others, period);
     let sound = verdict.held && findings.iter().all(|finding| finding.severity < Severity::Warning);
-    let examination = Examination { findings, rights, running, ways: others, own, verdict };
+    let examination = Examination { findings, rights, running, graph, ways: others, own, verdict };
     if args.json {
         println!("{}", serde_json::to_string_pretty(&examination.to_json())?);
     } else {

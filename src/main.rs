@@ -17,6 +17,7 @@ mod replay;
 mod run;
 mod run_folder;
 mod session;
+mod silence;
 mod solve;
 mod train;
 mod verify;

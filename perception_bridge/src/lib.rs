@@ -27,7 +27,7 @@ mod source;
 
 pub use command_sink::{CommandSink, Obedience, SinkState};
 pub use frames::Frames;
-pub use live::{RosError, RosSource, ZeroLevelOf};
+pub use live::{GraphSurvey, RosError, RosSource, SurveyedTopic, ZeroLevelOf, survey};
 pub use playback::{Playback, PlaybackError};
 pub use recorded::{IntakeReport, McapSource, PlaybackCounts, SourceError};
 pub use simulated_crowd::{SimulatedCrowd, SimulationError, simulated_plant, simulated_scenario};

@@ -23,6 +23,7 @@ mod painter;
 mod path;
 mod reader;
 mod speaker;
+mod survey;
 mod timebase;
 mod watch;
 
@@ -34,6 +35,7 @@ use settings::{RobotKind, Ros2Settings, Settings};
 
 pub use error::RosError;
 pub use painter::ZeroLevelOf;
+pub use survey::{GraphSurvey, SurveyedTopic, survey};
 
 use crate::command_sink::{CommandSink, SinkState};
 use crate::source::{BridgeEvent, Source};

@@ -7,6 +7,8 @@ use node_runtime::doctor::{Finding, Lateness, RunningProcess, Verdict, WayLatene
 use node_runtime::realtime::{Grant, Right};
 use serde_json::{Value, json};
 
+use super::graph::GraphView;
+
 /// Everything that was found.
 pub(crate) struct Examination {
     /// The machine.
@@ -15,6 +17,8 @@ pub(crate) struct Examination {
     pub(crate) rights: [(ProcessId, Vec<Grant>); 4],
     /// The stack that runs.
     pub(crate) running: Vec<RunningProcess>,
+    /// The ROS 2 graph.
+    pub(crate) graph: GraphView,
     /// Ways of waiting, measured.
     pub(crate) ways: Vec<WayLateness>,
     /// The way that the settings ask for.
@@ -57,6 +61,7 @@ impl Examination {
             }
         }
         self.write_running(text, instance)?;
+        self.graph.write(text)?;
         writeln!(text, "\nHow late a thread wakes up, us")?;
         writeln!(
             text,
@@ -115,6 +120,7 @@ impl Examination {
             "findings": self.findings.iter().map(finding).collect::<Vec<_>>(),
             "rights": rights,
             "running": running,
+            "ros2": self.graph.to_json(),
             "wake_up_lateness": ways,
             "held": self.verdict.held,
             "verdict": self.verdict.sentences,

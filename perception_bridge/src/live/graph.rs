@@ -6,6 +6,7 @@ use std::sync::Arc;
 use recording::ros2::Ros2Message;
 use ros2_client::dds::rustdds::{DomainParticipant, DomainParticipantBuilder, QosPolicies};
 use ros2_client::dds::{Context, Node, Subscription};
+use ros2_client::entities_info::ParticipantEntitiesInfo;
 use ros2_client::qos::{Durability, History, QosProfile, Reliability as Delivery, WhenFull};
 use ros2_client::{MessageTypeName, NodeName, NodeOptions};
 use settings::{Reliability, Ros2Settings};
@@ -19,6 +20,9 @@ use super::outlet::Outlet;
 const DEPTH: usize = 10;
 /// The same of topics whose old messages count.
 const LATCHED_DEPTH: usize = 100;
+
+/// Where participants say which nodes they are.
+const NODES_TOPIC: &str = "ros_discovery_info";
 
 /// How a topic is heard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,11 +85,30 @@ impl Graph {
         Ok((port.map_err(|error| failed(error.to_string()))?, record))
     }
 
+    /// How every topic is published.
+    pub(super) fn publishing() -> QosProfile {
+        QosProfile { history: History::KeepLast { depth: 1 }, ..QosProfile::publisher_default() }
+            .reliability(Delivery::Reliable { when_full: WhenFull::Fail })
+    }
+
+    /// Begins to hear which nodes others say they are.
+    pub(super) fn subscribe_to_nodes(&mut self) -> Result<Subscription<ParticipantEntitiesInfo>, RosError> {
+        let failed = |cause: String| RosError::Topic { topic: NODES_TOPIC.to_owned(), cause };
+        let profile = QosProfile::subscription_default()
+            .reliability_reliable(WhenFull::Fail)
+            .durability(Durability::TransientLocal)
+            .history(History::KeepLast { depth: LATCHED_DEPTH });
+        let kind = MessageTypeName::new("rmw_dds_common", "ParticipantEntitiesInfo");
+        let topic = self
+            .context
+            .create_topic(NODES_TOPIC.to_owned(), kind, &profile)
+            .map_err(|error| failed(error.to_string()))?;
+        self.node.create_subscription(&topic, Some(profile)).map_err(|error| failed(error.to_string()))
+    }
+
     /// Becomes able to speak on `topic`, a full name. Reliable, since drivers ask for that; a publication never waits.
     pub(super) fn publish<M: Ros2Message>(&mut self, topic: &str) -> Result<Outlet<M>, RosError> {
-        let profile =
-            QosProfile { history: History::KeepLast { depth: 1 }, ..QosProfile::publisher_default() }
-                .reliability(Delivery::Reliable { when_full: WhenFull::Fail });
+        let profile = Self::publishing();
         let failed = |cause: String| RosError::Topic { topic: topic.to_owned(), cause };
         let dds_topic = self
             .context

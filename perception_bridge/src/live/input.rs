@@ -14,7 +14,7 @@ use super::error::RosError;
 use super::graph::{Graph, Profile};
 
 /// A topic that says nothing for this long is named in the log and in /diagnostics, ns.
-const SILENCE_NS: u64 = 1_500_000_000;
+const SILENCE_NS: u64 = 1_200_000_000;
 /// Most messages taken at one look, so that one topic cannot starve the others.
 const READ_LIMIT: usize = 64;
 
