@@ -1,12 +1,13 @@
 //! What came of a run: its record read back from the recording, its verdict, report and picture.
 
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
 use barrier::Model;
 use cbf_filter::{SafetyFilter, load_model};
 use messages::{Goal, NominalCommand, Obstacles, RobotState, SafeCommand, SourceStatus};
-use recording::{McapReader, SHADOW_KEY, read_wire};
+use recording::{McapReader, ReadWireError, SHADOW_KEY, read_wire};
 use report::{BarrierGrid, Moment, RunRecord, ZeroLevel};
 use settings::Settings;
 
@@ -20,11 +21,11 @@ pub(crate) fn read_record(file: &Path, settings: &Settings, title: String) -> an
     let notes = McapReader::open(file)?.summary().metadata.get("cncbf").cloned().unwrap_or_default();
     Ok(RunRecord {
         shadow: notes.contains_key(SHADOW_KEY),
-        nominal_commands: messages_of::<NominalCommand>(file)?,
+        nominal_commands: messages_if_any::<NominalCommand>(file)?,
         safe_commands: messages_of::<SafeCommand>(file)?,
         robot_states: messages_of::<RobotState>(file)?,
         obstacles: messages_of::<Obstacles>(file)?,
-        goals: messages_of::<Goal>(file)?,
+        goals: messages_if_any::<Goal>(file)?,
         source_status: messages_of::<SourceStatus>(file)?,
         ..empty_record(settings, &model, title)?
     })
@@ -66,18 +67,26 @@ pub(crate) fn print_figures<T: std::fmt::Display + serde::Serialize>(
     figures: &T,
     json: bool,
 ) -> anyhow::Result<()> {
-    if json {
-        println!("{}", serde_json::to_string_pretty(figures)?);
-    } else {
-        println!("{figures}");
+    let text = if json { serde_json::to_string_pretty(figures)? } else { figures.to_string() };
+    // Whoever reads may stop reading, as `head` does.
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 pub(crate) fn messages_of<T: messages::Message>(file: &Path) -> anyhow::Result<Vec<T>> {
     let stamped = read_wire::<T>(file)
         .with_context(|| format!("cannot read {} from {}", T::SERVICE, file.display()))?;
     Ok(stamped.into_iter().map(|(_, message)| message).collect())
+}
+
+/// The same of a kind that may never have been said.
+fn messages_if_any<T: messages::Message>(file: &Path) -> anyhow::Result<Vec<T>> {
+    match read_wire::<T>(file) {
+        Err(ReadWireError::NoChannel { .. }) => Ok(Vec::new()),
+        _ => messages_of(file),
+    }
 }
 
 fn describe(name: &str, model: &Model) -> String {

@@ -16,6 +16,9 @@ pub(crate) fn why(args: &WhyArgs) -> anyhow::Result<bool> {
     if args.json {
         println!("{}", serde_json::to_string_pretty(&explanation)?);
     } else {
+        if record.shadow {
+            println!("Shadow: the filter only watched, and nothing of what it wanted was sent to the robot.");
+        }
         println!("{explanation}");
     }
     Ok(true)

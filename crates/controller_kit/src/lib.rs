@@ -2,7 +2,7 @@
 //!
 //! [`check`] starts a candidate in a domain of its own, plays the stack's part over the stack's own services – robot states, goals,
 //! no obstacles – with a small simulated robot that does what the candidate says, and judges what it heard against what
-//! `docs/own_controller.md` asks. The script is in `script`, the rules are in `rules`, one file per concern.
+//! `docs/own_controller.md` asks; `docs/controller_kit.md` lists the rules. The script is in `script`, the rules are in `rules`, one file per concern.
 //!
 //! Not here: the filter, and any judgement of how well a controller drives; `cncbf compare` shows that.
 

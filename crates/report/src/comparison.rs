@@ -32,7 +32,7 @@ pub struct Contender {
     /// Share of the time in which it did, 0 to 1.
     pub intervention_share: f64,
     /// Mean |u − u_nom| over the cycles in which the barrier was evaluated, Euclidean, in the units of the control.
-    pub mean_correction: f64,
+    pub mean_correction: Option<f64>,
     /// Largest |u − u_nom|, likewise.
     pub largest_correction: f64,
     /// Share of the time in which the filter braked or kept the robot standing, 0 to 1.
@@ -70,7 +70,8 @@ impl Contender {
             min_sdf_m: verdict.min_sdf_m,
             interventions: verdict.interventions.count,
             intervention_share: verdict.interventions.time_share,
-            mean_correction: with_barrier().map(correction).sum::<f64>() / evaluated.max(1) as f64,
+            mean_correction: (evaluated > 0)
+                .then(|| with_barrier().map(correction).sum::<f64>() / evaluated as f64),
             largest_correction: verdict.interventions.largest_correction,
             braking_share: verdict.time_shares.braking + verdict.time_shares.stopped,
             path_length_m: verdict.path_length_m,
@@ -167,7 +168,7 @@ impl Comparison {
             Row::numbers("smallest SDF, m", maybe(|one| one.min_sdf_m), 3),
             Row::numbers("interventions", some(|one| one.interventions as f64), 0),
             Row::shares("  share of the time", both.map(|one| one.intervention_share)),
-            Row::numbers("  mean |u - u_nom|", some(|one| one.mean_correction), 4),
+            Row::numbers("  mean |u - u_nom|", maybe(|one| one.mean_correction), 4),
             Row::numbers("  largest |u - u_nom|", some(|one| one.largest_correction), 3),
             Row::shares("braking or standing", both.map(|one| one.braking_share)),
             Row::numbers("path length, m", maybe(|one| one.path_length_m), 2),
