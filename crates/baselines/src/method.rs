@@ -39,7 +39,8 @@ pub struct MethodOutput {
     /// What became of the problem.
     pub verdict: Verdict,
     /// By how much the worst demand is missed, ≥ 0; unit of the demands (planners m, VO-MPC rad; HO-CBF m/s², C3BF
-    /// m²/s²).
+    /// m²/s²). Small values above zero are usual with [`Verdict::Feasible`] too: solvers have tolerances, and a filter's
+    /// active row gives way by its multiplier over the slack's weight.
     pub slack: f64,
     /// Margin without slack, unit of the demands; `+∞` with nobody in sight. Of a filter the largest that any
     /// admissible control has in its worst demand, so the hard problem is feasible exactly where it is ≥ 0; of a planner

@@ -1,6 +1,6 @@
 //! From a name and parameters to a method. Not here: the parameters' meaning (`parameters`).
 
-use barrier::{Kernel, KernelError, Model};
+use barrier::{Bounds, DynamicsKind, Expected, Kernel, KernelError, Model, ModelMismatch};
 use dynamics::{InputBox, InputBoxError, UnicyclePair};
 use optimal_control::SqpSetupError;
 use serde::{Deserialize, Serialize};
@@ -148,6 +148,9 @@ pub enum MethodSetupError {
         "rntc_mpc needs a model of a unicycle among walking people; give one, such as embedded:ground_robot"
     )]
     NoModel,
+    /// RNTC-MPC with a value function of another robot or of other people.
+    #[error("rntc_mpc: {0}")]
+    Model(#[from] ModelMismatch),
     /// Horizon, weights or bounds make no planner.
     #[error(transparent)]
     Sqp(#[from] SqpSetupError),
@@ -222,9 +225,17 @@ impl MethodParameters {
             Self::RntcMpc(RntcParameters { planner, terminal_margin_m }) => {
                 non_negative("terminal_margin_m", *terminal_margin_m)?;
                 let model = model.ok_or(MethodSetupError::NoModel)?;
-                if model.metadata().dynamics != barrier::DynamicsKind::UnicyclePair {
-                    return Err(MethodSetupError::NoModel);
-                }
+                let obstacle = &settings.obstacle;
+                model.check_fits(&Expected {
+                    dynamics: DynamicsKind::UnicyclePair,
+                    control,
+                    disturbance: Bounds {
+                        min: obstacle.disturbance_min.clone(),
+                        max: obstacle.disturbance_max.clone(),
+                    },
+                    // Each obstacle brings its own.
+                    failure_radius_m: None,
+                })?;
                 // The geometry alone is used of the pair; nobody turns within a prediction.
                 let pair = UnicyclePair { control, disturbance: InputBox::new([0.0], [0.0])? };
                 let last_step = planner.horizon_steps.saturating_sub(1);

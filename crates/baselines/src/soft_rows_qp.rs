@@ -4,7 +4,7 @@
 use barrier::HalfSpace;
 use dynamics::InputBox;
 
-/// Active sets tried before the search counts as failed; two to five are usual, and each lowers the cost.
+/// Active sets tried before the search counts as failed; three to six are usual, and each lowers the cost.
 const SET_LIMIT: u32 = 100;
 /// A step below this share of the control's size is rounding.
 const RELATIVE_STEP: f64 = 1e-12;
@@ -52,32 +52,38 @@ impl SoftRowsQp {
         let mut solved = false;
         while finite && !solved && iterations < SET_LIMIT {
             iterations += 1;
-            let target = self.piece(u_nom, rows, &u).least_in(&self.control);
-            let step = [target[0] - u[0], target[1] - u[1]];
-            let size = 1.0 + u[0].abs() + u[1].abs();
+            let step = self.piece(u_nom, rows, &u).least_in(&self.room_around(&u));
             let share = self.best_share(u_nom, rows, &u, &step);
-            let reached = share >= 1.0;
-            let next = if reached { target } else { [u[0] + share * step[0], u[1] + share * step[1]] };
-            // At the minimum of a piece that is the same there, or where no step is left to take.
-            solved = (reached && same_piece(rows, &u, &next))
-                || (next[0] - u[0]).abs() + (next[1] - u[1]).abs() <= RELATIVE_STEP * size;
-            u = self.control.clamp(&next);
+            let size = 1.0 + u[0].abs() + u[1].abs();
+            solved = step[0].abs() + step[1].abs() <= RELATIVE_STEP * size;
+            u = self.control.clamp(&[u[0] + share * step[0], u[1] + share * step[1]]);
         }
         let largest_slack = rows.iter().map(|row| -value(row, &u)).fold(0.0, f64::max);
         SoftRowsSolution { control: u, largest_slack, iterations, solved }
     }
 
-    /// The quadratic function that the cost is around `u`.
+    /// The steps from `u` that stay in the box.
+    fn room_around(&self, u: &[f64; 2]) -> InputBox<2> {
+        InputBox {
+            min: std::array::from_fn(|k| self.control.min[k] - u[k]),
+            max: std::array::from_fn(|k| self.control.max[k] - u[k]),
+        }
+    }
+
+    /// The quadratic function of a step from `u` that the cost is near by. Its slope is taken at `u` itself, so that a
+    /// second step on the same piece takes the rounding of the first away.
     fn piece(&self, u_nom: &[f64; 2], rows: &[HalfSpace<2>], u: &[f64; 2]) -> Quadratic {
-        let mut piece = Quadratic { hessian: [1.0, 0.0, 1.0], linear: [-u_nom[0], -u_nom[1]] };
-        for row in rows.iter().filter(|row| value(row, u) < 0.0) {
-            let [a, b] = row.normal;
-            let w = self.slack_weight;
-            piece.hessian[0] += w * a * a;
-            piece.hessian[1] += w * a * b;
-            piece.hessian[2] += w * b * b;
-            piece.linear[0] += w * a * row.offset;
-            piece.linear[1] += w * b * row.offset;
+        let mut piece = Quadratic { hessian: [1.0, 0.0, 1.0], linear: [u[0] - u_nom[0], u[1] - u_nom[1]] };
+        for row in rows {
+            let missing = value(row, u);
+            if missing < 0.0 {
+                let ([a, b], w) = (row.normal, self.slack_weight);
+                piece.hessian[0] += w * a * a;
+                piece.hessian[1] += w * a * b;
+                piece.hessian[2] += w * b * b;
+                piece.linear[0] += w * a * missing;
+                piece.linear[1] += w * b * missing;
+            }
         }
         piece
     }
@@ -126,10 +132,6 @@ impl SoftRowsQp {
 
 pub(crate) fn value(row: &HalfSpace<2>, u: &[f64; 2]) -> f64 {
     row.normal[0] * u[0] + row.normal[1] * u[1] + row.offset
-}
-
-fn same_piece(rows: &[HalfSpace<2>], u: &[f64; 2], v: &[f64; 2]) -> bool {
-    rows.iter().all(|row| (value(row, u) < 0.0) == (value(row, v) < 0.0))
 }
 
 /// `½ uᵀ H u + lᵀ u`, strictly convex.

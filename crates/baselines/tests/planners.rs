@@ -42,8 +42,10 @@ fn with_nobody_in_sight_every_planner_is_the_nominal_one() {
 fn somebody_in_the_way_is_evaded_or_waited_for() {
     let people = [common::person([1.8, 0.15], [-0.3, 0.0])];
     for kind in PLANNERS {
-        let free = published(kind, [0.0; 3], &[]);
-        let output = published(kind, [0.0; 3], &people);
+        // Turned away far enough to be outside the cone, from which nobody could turn at once.
+        let start = [0.0, 0.0, 0.8];
+        let free = published(kind, start, &[]);
+        let output = published(kind, start, &people);
         assert_eq!(output.verdict, Verdict::Feasible, "{kind}: {output:?}");
         assert!(output.hard_feasibility_margin > -1e-4 && output.slack < 1e-4, "{kind}: {output:?}");
         assert!(output.cost > free.cost * 1.001, "{kind}: {output:?} {free:?}");
@@ -113,12 +115,14 @@ fn a_margin_keeps_people_farther_away() {
 #[test]
 fn a_smaller_gamma_and_a_larger_terminal_margin_demand_more() {
     let people = [common::person([2.2, 0.3], [-0.6, 0.0])];
+    let ahead = [common::person([3.9, 0.2], [-0.5, 0.0])];
     let cost = |parameters| common::plan(&parameters, [0.0; 3], GOAL, &people).cost;
     let dcbf = |gamma| MethodParameters::DcbfMpc(DcbfParameters { gamma, ..DcbfParameters::published() });
     assert!(cost(dcbf(0.1)) > cost(dcbf(1.0)) * 1.001);
     let rntc = |terminal_margin_m| {
         MethodParameters::RntcMpc(RntcParameters { terminal_margin_m, ..RntcParameters::published() })
     };
+    let cost = |parameters| common::plan(&parameters, [0.0; 3], GOAL, &ahead).cost;
     assert!(cost(rntc(0.5)) > cost(rntc(0.0)) * 1.001);
 }
 

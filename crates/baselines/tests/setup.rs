@@ -4,6 +4,7 @@
 
 mod common;
 
+use barrier::ModelMismatch;
 use baselines::{
     C3bfParameters, DcbfParameters, HoCbfParameters, MethodKind, MethodParameters, MethodSetupError,
     PlannerParameters, RntcParameters,
@@ -72,13 +73,17 @@ fn settings_of_the_other_robot_are_refused() {
 }
 
 #[test]
-fn a_terminal_set_needs_a_model_of_walking_people() {
+fn a_terminal_set_needs_a_model_of_this_robot_among_walking_people() {
     let parameters = MethodParameters::published(MethodKind::RntcMpc);
     assert_eq!(parameters.build(&common::ground_robot(), None).err(), Some(MethodSetupError::NoModel));
     let path = common::root().join("models/static_obstacles.safetensors");
     let still = barrier::Model::load(&path).unwrap();
-    let error = parameters.build(&common::ground_robot(), Some(&still)).err();
-    assert_eq!(error, Some(MethodSetupError::NoModel));
+    let error = parameters.build(&common::ground_robot(), Some(&still)).err().unwrap();
+    assert!(matches!(error, MethodSetupError::Model(ModelMismatch::Dynamics { .. })), "{error}");
+    let mut faster = common::ground_robot();
+    faster.robot.control_max[0] = 1.5;
+    let error = parameters.build(&faster, Some(&common::model())).err().unwrap();
+    assert!(matches!(error, MethodSetupError::Model(ModelMismatch::Control { .. })), "{error}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn row(demand: &mut dyn Demand, point: &Point, obstacle: &Passing) -> Row {
 
 /// Twenty-five points with somebody near, at step `step`.
 fn points(step: usize) -> impl Iterator<Item = (Point, Passing)> {
-    (0..25).map(move |i| {
+    (1..26).map(move |i| {
         let wave = |factor: f64| (f64::from(i) * factor).sin();
         let state = [wave(1.1), wave(2.3), 3.0 * wave(0.7)];
         let next = [state[0] + 0.1 * wave(5.1), state[1] + 0.1 * wave(4.1), state[2] + 0.08 * wave(3.3)];
