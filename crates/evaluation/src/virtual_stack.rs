@@ -10,6 +10,10 @@ use perception_bridge::{BridgeEvent, Source};
 use recording::WireMessage;
 use settings::Settings;
 
+use crate::seat::Seat;
+use crate::stopwatch::Stopwatch;
+use crate::whole_method::WholeMethod;
+
 const NS_PER_MS: u64 = 1_000_000;
 
 /// Virtual time at which every run begins, ns; not zero, which means "never" in a stamp.
@@ -26,15 +30,23 @@ pub enum SetupError {
     Nominal(#[from] NominalSetupError),
 }
 
+/// What answers at the filter's ticks.
+enum Corrector {
+    Filter(Box<SafetyFilter>),
+    Method(Box<Seat>),
+}
+
 /// Bridge, estimator, nominal controller and filter in lockstep.
 ///
 /// Hand-over takes no time: a message is used in the very instant it is made. At one instant the order is bridge,
 /// estimator, nominal controller, filter.
-pub struct VirtualStack {
-    source: Box<dyn Source>,
+pub struct VirtualStack<S: Source + ?Sized = dyn Source> {
+    source: Box<S>,
     estimator: Estimator,
     nominal: NominalController,
-    filter: SafetyFilter,
+    corrector: Corrector,
+    kernel: Kernel,
+    stopwatch: Stopwatch,
     heartbeat_ns: u64,
     nominal_period_ns: u64,
     heartbeat_due_ns: u64,
@@ -48,17 +60,45 @@ pub struct VirtualStack {
     nominal_command: Option<NominalCommand>,
 }
 
-impl VirtualStack {
+impl<S: Source + ?Sized> VirtualStack<S> {
     /// Sets up the stack of `settings` on `source`, with virtual time at [`START_NS`].
     ///
     /// # Errors
     /// [`SetupError`] if a process refuses its settings.
-    pub fn new(settings: &Settings, model: &Model, source: Box<dyn Source>) -> Result<Self, SetupError> {
+    pub fn new(settings: &Settings, model: &Model, source: Box<S>) -> Result<Self, SetupError> {
+        let filter = SafetyFilter::new(settings, model)?;
+        Self::with(settings, source, filter.kernel(), Corrector::Filter(Box::new(filter)))
+    }
+
+    /// The same with `method` in the filter's place. It is stepped at the first of the filter's ticks at or after each of
+    /// its own due times, `period_ns` apart; between them its last control is held.
+    ///
+    /// # Errors
+    /// [`SetupError`] if the nominal controller refuses its settings.
+    pub fn with_method(
+        settings: &Settings,
+        source: Box<S>,
+        method: Box<dyn WholeMethod>,
+        period_ns: u64,
+    ) -> Result<Self, SetupError> {
+        let seat = Seat::new(settings, method, period_ns);
+        let kernel = cbf_filter::chosen_kernel(settings.filter.kernel);
+        Self::with(settings, source, kernel, Corrector::Method(Box::new(seat)))
+    }
+
+    fn with(
+        settings: &Settings,
+        source: Box<S>,
+        kernel: Kernel,
+        corrector: Corrector,
+    ) -> Result<Self, SetupError> {
         Ok(Self {
             source,
             estimator: Estimator::new(settings.estimator.clone()),
             nominal: NominalController::new(settings)?,
-            filter: SafetyFilter::new(settings, model)?,
+            corrector,
+            kernel,
+            stopwatch: Stopwatch::stopped(),
             heartbeat_ns: settings.estimator.heartbeat_ms * NS_PER_MS,
             nominal_period_ns: settings.nominal.period_ms * NS_PER_MS,
             heartbeat_due_ns: START_NS,
@@ -98,8 +138,33 @@ impl VirtualStack {
     }
 
     /// Evaluation kernel of the filter.
-    pub fn kernel(&self) -> Kernel {
-        self.filter.kernel()
+    pub const fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// The source.
+    pub const fn source(&self) -> &S {
+        &self.source
+    }
+
+    /// Newest robot state.
+    pub const fn robot_state(&self) -> Option<&RobotState> {
+        self.robot_state.as_ref()
+    }
+
+    /// Newest obstacles.
+    pub const fn obstacles(&self) -> Option<&Obstacles> {
+        self.obstacles.as_ref()
+    }
+
+    /// Has the steps of controller and filter timed by the machine's clock from now on. Changes nothing else.
+    pub fn start_timing(&mut self) {
+        self.stopwatch = Stopwatch::running();
+    }
+
+    /// How long steps took since [`Self::start_timing`].
+    pub const fn stopwatch(&self) -> &Stopwatch {
+        &self.stopwatch
     }
 
     /// Hands on what the source gives. Returns whether there were new obstacles among it.
@@ -156,7 +221,8 @@ impl VirtualStack {
             goal: self.goal.as_ref(),
         };
         // Silence is the controller's answer where it has none; the filter notices it by the age of the last command.
-        if let Ok(command) = self.nominal.step(&inputs, now_ns) {
+        let nominal = &mut self.nominal;
+        if let Ok(command) = self.stopwatch.nominal(|| nominal.step(&inputs, now_ns)) {
             self.nominal_command = Some(command);
             observe(now_ns, command.into());
         }
@@ -170,10 +236,16 @@ impl VirtualStack {
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal_command.as_ref(),
         };
-        let mut command = self.filter.step(&inputs, tick);
+        let (mut command, obeyed) = match &mut self.corrector {
+            Corrector::Filter(filter) => (self.stopwatch.tick(|| filter.step(&inputs, tick)), true),
+            Corrector::Method(seat) => seat.step(&inputs, self.goal.as_ref(), now_ns, &mut self.stopwatch),
+        };
+        command.ledger.filter_woke_ns = now_ns;
         command.ledger.filter_computed_ns = now_ns;
         command.ledger.filter_published_ns = now_ns;
-        self.source.command(&command, now_ns);
+        if obeyed {
+            self.source.command(&command, now_ns);
+        }
         observe(now_ns, command.into());
         command
     }

@@ -10,6 +10,8 @@
 //! * [`explain`] – what the filter did at one time, and because of which obstacle; JSON and terminal text.
 //! * [`trace_zero_levels`] – the set h = 0 in the world frame, from barrier values that the caller computes.
 //! * [`profile_html`] – one self-contained page about where time goes, from the figures of crate `latency`.
+//! * [`evaluation_html`] – one self-contained page about many runs, from tables and figures that the caller makes; [`density_svg`]
+//!   draws one such figure.
 //! * [`model_figure_svg`] – slices of a value function and of the barrier that learned it, from values the caller samples.
 //!
 //! What is deliberately absent: the barrier itself (its values come in through a callback), files, ports, clocks.
@@ -20,7 +22,9 @@
 mod birds_eye;
 mod commanders;
 mod comparison;
+mod density;
 mod display;
+mod evaluation;
 mod explain;
 mod explain_display;
 mod finite;
@@ -43,6 +47,8 @@ mod zero_level;
 pub use birds_eye::birds_eye_svg;
 pub use commanders::{Segment, commanders, controller_name};
 pub use comparison::{Comparison, Contender};
+pub use density::{Bounded, DensityFigure, DensitySeries, density_svg};
+pub use evaluation::{EvaluationPage, EvaluationTable, evaluation_html};
 pub use explain::{
     BarrierTerms, Constraint, CriticalObstacle, ExplainError, Explanation, InputAges, Neighbour, explain,
 };

@@ -7,12 +7,14 @@ mod over_time;
 mod series;
 mod timeline;
 
+pub(crate) use axis::{Axis, trimmed};
 pub(crate) use gantt::{Gantt, GanttBar, GanttMark};
 pub(crate) use latency::latency_plot;
 pub(crate) use over_time::{TimedRepeat, latency_over_time};
 pub(crate) use series::worst_by_column;
 use series::{Curve, curve};
 use timeline::TimePlot;
+pub(crate) use timeline::failed;
 
 use messages::SafeCommand;
 

@@ -12,6 +12,8 @@ use crate::html::{STYLE, escaped, figure, fill};
 use crate::plot::{Figure, TimedRepeat, latency_over_time, latency_plot};
 use crate::{HtmlError, PlotError};
 
+pub(crate) use rows::table;
+
 const PAGE: &str = include_str!("assets/profile.html");
 const PROFILE_STYLE: &str = include_str!("assets/profile.css");
 

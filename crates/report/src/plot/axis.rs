@@ -6,14 +6,14 @@ use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint};
 use plotters::prelude::Ranged;
 
 /// A linear axis. What lies beyond it runs along its edge instead of leaving the plot.
-pub(super) struct Axis {
+pub(crate) struct Axis {
     pub(super) range: Range<f64>,
     pub(super) marks: Vec<f64>,
 }
 
 impl Axis {
     /// Marks at multiples of 1, 2 or 5 times a power of ten, at most `count` or so.
-    pub(super) fn round(range: Range<f64>, count: usize) -> Self {
+    pub(crate) fn round(range: Range<f64>, count: usize) -> Self {
         let ideal = (range.end - range.start) / count as f64;
         let power = 10f64.powf(ideal.log10().floor());
         let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power);
@@ -23,7 +23,7 @@ impl Axis {
     }
 
     /// Marks at every whole number.
-    pub(super) fn whole(range: Range<f64>) -> Self {
+    pub(crate) fn whole(range: Range<f64>) -> Self {
         let marks = (range.start.ceil() as i32..=range.end.floor() as i32).map(f64::from).collect();
         Self { range, marks }
     }
@@ -48,7 +48,7 @@ impl Ranged for Axis {
 }
 
 /// A number without trailing zeros, to three decimals.
-pub(super) fn trimmed(value: f64) -> String {
+pub(crate) fn trimmed(value: f64) -> String {
     let text = format!("{value:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }

@@ -27,7 +27,7 @@ pub(super) struct TimePlot<'a> {
 }
 
 /// Lets `?` take every error of plotters, whatever it is generic over.
-pub(super) fn failed(error: impl Display) -> PlotError {
+pub(crate) fn failed(error: impl Display) -> PlotError {
     PlotError { reason: error.to_string() }
 }
 

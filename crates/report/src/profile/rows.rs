@@ -5,7 +5,7 @@ use core::fmt::Write as _;
 use crate::html::escaped;
 
 /// A table with a heading; the first cell of every row is its name. Cells are text and get escaped.
-pub(super) fn table<'a>(
+pub(crate) fn table<'a>(
     headings: impl IntoIterator<Item = &'a str>,
     rows: impl IntoIterator<Item = Vec<String>>,
 ) -> String {

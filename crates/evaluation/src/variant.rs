@@ -1,0 +1,235 @@
+//! The methods that can be compared: a name, settings, and what stands in the filter's place.
+
+use std::path::{Path, PathBuf};
+
+use barrier::Model;
+use cbf_filter::{FilterSetupError, load_model};
+use perception_bridge::Obedience;
+use settings::{RobotKind, Settings, SettingsError};
+
+use crate::baseline::{self, Baseline};
+use crate::hash::short_hash;
+use crate::overrides::{OverrideError, overridden};
+
+/// The robots of the paper.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Robot {
+    /// Unicycle with MPC.
+    Ground,
+    /// Double integrator with LQR.
+    Quadrotor,
+}
+
+impl Robot {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Ground, Self::Quadrotor];
+
+    /// Its name in tables and on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ground => "ground",
+            Self::Quadrotor => "quadrotor",
+        }
+    }
+
+    /// Crowd sizes of the paper.
+    pub const fn crowds(self) -> &'static [u32] {
+        match self {
+            Self::Ground => &[5, 10, 15],
+            Self::Quadrotor => &[5, 10, 15, 20],
+        }
+    }
+
+    const fn of(kind: RobotKind) -> Self {
+        match kind {
+            RobotKind::Unicycle => Self::Ground,
+            RobotKind::DoubleIntegrator => Self::Quadrotor,
+        }
+    }
+
+    /// Settings as published, and those the product runs with.
+    const fn settings(self) -> [&'static str; 2] {
+        match self {
+            Self::Ground => [
+                include_str!("../../../config/ground_robot_paper.toml"),
+                include_str!("../../../config/ground_robot.toml"),
+            ],
+            Self::Quadrotor => [
+                include_str!("../../../config/quadrotor_paper.toml"),
+                include_str!("../../../config/quadrotor.toml"),
+            ],
+        }
+    }
+}
+
+/// The world of the tables, over whatever the settings say of theirs: 16 m by 10 m, people of 0.8 to 1.5 m/s, 60 s, and a
+/// robot whose state is known at every tick of the filter. The paper names none of these; `docs/evaluation.md` says why.
+pub const WORLD: &[&str] = &[
+    "simulation.arena_min_m=[0.0, -5.0]",
+    "simulation.arena_max_m=[16.0, 5.0]",
+    "simulation.desired_speed_mps=[0.8, 1.5]",
+    "simulation.start=[-2.0, 0.0, 0.0]",
+    "simulation.goal=[13.0, 0.0, 0.0]",
+    "simulation.start_clearance_m=2.0",
+    "simulation.step_ms=2",
+    "simulation.robot_state_period_ms=4",
+    "simulation.detections_period_ms=50",
+    "simulation.timeout_s=60.0",
+    "nominal.goal_tolerance_m=0.3",
+];
+
+/// What answers in the filter's place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Mind {
+    /// The filter of the settings.
+    Filter,
+    /// Nobody: the robot obeys its nominal controller.
+    Nobody,
+    /// Another method.
+    Baseline(Baseline),
+}
+
+/// A method, ready to be run in any scenario.
+#[derive(Debug)]
+pub struct Variant {
+    pub(crate) name: String,
+    pub(crate) robot: Robot,
+    pub(crate) settings: Settings,
+    pub(crate) settings_hash: String,
+    pub(crate) model: Model,
+    pub(crate) mind: Mind,
+}
+
+/// Why a method cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum VariantError {
+    /// No method has this name.
+    #[error(
+        "no method for the {robot} robot is named `{name}`; choose among {known}, or give settings of your own as \
+         NAME=FILE.toml"
+    )]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The robot.
+        robot: &'static str,
+        /// What there is.
+        known: String,
+    },
+    /// A settings file of the user is for the other robot.
+    #[error("{} is for the {found} robot; this is a table of the {robot} robot", path.display())]
+    OtherRobot {
+        /// The file.
+        path: PathBuf,
+        /// Its robot.
+        found: &'static str,
+        /// The table's.
+        robot: &'static str,
+    },
+    /// The settings are unusable.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// An override is unusable.
+    #[error(transparent)]
+    Override(#[from] OverrideError),
+    /// The model cannot be loaded.
+    #[error(transparent)]
+    Model(#[from] FilterSetupError),
+}
+
+impl Variant {
+    /// CN-CBF as published, the same as the product has it, and the nominal controller alone.
+    const OWN: [&'static str; 3] = ["cn_cbf", "cn_cbf_onboard", "no_filter"];
+
+    /// Names of the methods for `robot`, in the order of the tables.
+    pub fn names(robot: Robot) -> Vec<&'static str> {
+        let [published, onboard, nobody] = Self::OWN;
+        [&[published, onboard][..], &baseline::names(robot), &[nobody]].concat()
+    }
+
+    /// The method `name` for `robot` in the [`WORLD`] of the tables, with `sets` (`section.key=value`) on top: a name of
+    /// [`Self::names`], or `NAME=FILE.toml` for the filter with settings of one's own.
+    ///
+    /// # Errors
+    /// [`VariantError`] if there is no such method or its settings are unusable.
+    pub fn named(robot: Robot, name: &str, sets: &[String]) -> Result<Self, VariantError> {
+        let [published, onboard] = robot.settings();
+        let (name, text, origin, mind) = match name.split_once('=') {
+            Some((name, file)) => {
+                let path = Path::new(file);
+                let text = std::fs::read_to_string(path)
+                    .map_err(|source| SettingsError::Read { path: path.to_owned(), source })?;
+                (name, text, path.to_owned(), Mind::Filter)
+            }
+            None => {
+                let built_in = PathBuf::from("built-in settings");
+                let (text, mind) = match name {
+                    "cn_cbf" => (published, Mind::Filter),
+                    "cn_cbf_onboard" => (onboard, Mind::Filter),
+                    "no_filter" => (published, Mind::Nobody),
+                    _ => match Baseline::named(robot, name) {
+                        Some(baseline) => (published, Mind::Baseline(baseline)),
+                        None => return Err(Self::unknown(robot, name)),
+                    },
+                };
+                (name, text.to_owned(), built_in, mind)
+            }
+        };
+        let sets: Vec<&str> = WORLD.iter().copied().chain(sets.iter().map(String::as_str)).collect();
+        let folder = origin.parent().unwrap_or(Path::new("."));
+        let mut settings = Settings::parse(&overridden(&text, &origin, &sets)?, &origin, folder)?;
+        // Nothing of these enters a run, and a changed priority shall not make a table unusable.
+        settings.realtime = None;
+        settings.offline = None;
+        let found = Robot::of(settings.robot.kind);
+        if found != robot {
+            let (found, robot) = (found.name(), robot.name());
+            return Err(VariantError::OtherRobot { path: origin, found, robot });
+        }
+        Self::new(name.to_owned(), settings, mind)
+    }
+
+    fn new(name: String, settings: Settings, mind: Mind) -> Result<Self, VariantError> {
+        let model = load_model(&settings.filter.model)?;
+        let identity = format!("{}\n{}\n{mind:?}", settings.to_toml()?, model.metadata().hash);
+        Ok(Self {
+            name,
+            robot: Robot::of(settings.robot.kind),
+            settings_hash: short_hash(identity.as_bytes()),
+            settings,
+            model,
+            mind,
+        })
+    }
+
+    fn unknown(robot: Robot, name: &str) -> VariantError {
+        VariantError::Unknown {
+            name: name.to_owned(),
+            robot: robot.name(),
+            known: Self::names(robot).join(", "),
+        }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The robot it drives.
+    pub const fn robot(&self) -> Robot {
+        self.robot
+    }
+
+    /// Its settings, scenario aside.
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Whom the robot obeys.
+    pub(crate) const fn obedience(&self) -> Obedience {
+        match self.mind {
+            Mind::Filter | Mind::Baseline(_) => Obedience::Filter,
+            Mind::Nobody => Obedience::Nominal,
+        }
+    }
+}
