@@ -6,7 +6,7 @@ use cbindgen::{Builder, Config, DocumentationStyle, EnumConfig, ExportConfig, La
 
 use crate::ReadError;
 
-const HEAD: &str = r#"/* Ports of cncbf for C and C++: read what the processes of a running stack say, and take the nominal controller's place.
+const HEAD: &str = r"/* Ports of cncbf for C and C++: read what the processes of a running stack say, and take the nominal controller's place.
  *
  * Generated from crates/c_ports by `cargo run -p bindings`; do not edit.
  *
@@ -20,7 +20,7 @@ const HEAD: &str = r#"/* Ports of cncbf for C and C++: read what the processes o
  *            a peer has come or gone.
  * Signals:   the library installs no handler. A program that is told to stop closes its handles and ends.
  *
- * bindings/c/examples/pure_pursuit.c is a whole controller; docs/own_controller.md says what is asked of one. */"#;
+ * bindings/c/examples/pure_pursuit.c is a whole controller; docs/own_controller.md says what is asked of one. */";
 
 /// What cbindgen makes of an enumeration's name, and what the other header's style is.
 const VARIANTS: (&str, &str) = ("CNCBF_RESULT_T_", "CNCBF_RESULT_");

@@ -2,7 +2,7 @@
 
 use std::{
     ffi::{c_char, c_void},
-    sync::Arc,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 use messages::{NominalCommand, ProcessId};
@@ -17,15 +17,24 @@ use crate::{
 /// Version of this interface. It grows with every change that a program compiled against an older header would notice.
 pub const CNCBF_ABI_VERSION: u32 = 1;
 
+/// Keeps a membership alive. Locked, because whoever drops it last may be another thread than the one that opens ports.
+type Membership = Arc<Mutex<node_runtime::Node>>;
+
 /// Membership of a program in a stack.
 #[derive(Debug)]
-pub struct Node(Arc<node_runtime::Node>);
+pub struct Node(Membership);
+
+impl Node {
+    fn lock(&self) -> MutexGuard<'_, node_runtime::Node> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 /// Reads one kind of message.
 pub struct Reader {
     // Declared, hence dropped, before the node it belongs to.
     port: Box<dyn AnyReader>,
-    _node: Arc<node_runtime::Node>,
+    _node: Membership,
 }
 
 /// The nominal controller's place. Its holder alone writes nominal commands.
@@ -34,8 +43,16 @@ pub struct Nominal {
     // Dropped in this order: who gets the place finds the wake-up free too.
     wake_up: WakeUp,
     commands: Publisher<NominalCommand>,
-    _node: Arc<node_runtime::Node>,
+    _node: Membership,
 }
+
+// What the header promises: a handle may pass from thread to thread.
+const fn passes_between_threads<T: Send>() {}
+const _: () = {
+    passes_between_threads::<Node>();
+    passes_between_threads::<Reader>();
+    passes_between_threads::<Nominal>();
+};
 
 /// The version of this interface that the library has; a program compares it with CNCBF_ABI_VERSION, which its header has.
 #[unsafe(no_mangle)]
@@ -69,7 +86,7 @@ pub unsafe extern "C" fn cncbf_node_open(
         // SAFETY: as the caller promises.
         let node = unsafe { result_place("node", node) }?;
         let opened = node_runtime::Node::open_as(instance, ProcessId::Nominal, name)?;
-        *node = Box::into_raw(Box::new(Node(Arc::new(opened))));
+        *node = Box::into_raw(Box::new(Node(Arc::new(Mutex::new(opened)))));
         Ok(Result::Ok)
     })
 }
@@ -102,7 +119,7 @@ pub unsafe extern "C" fn cncbf_reader_open(
         let node = unsafe { node.as_ref() }.ok_or(Failure::Null("node"))?;
         // SAFETY: as the caller promises.
         let (type_name, opened) = unsafe { (text("type_name", type_name)?, result_place("reader", reader)?) };
-        let port = self::reader(&node.0, type_name)?;
+        let port = self::reader(&node.lock(), type_name)?;
         *opened = Box::into_raw(Box::new(Reader { port, _node: Arc::clone(&node.0) }));
         Ok(Result::Ok)
     })
@@ -161,9 +178,10 @@ pub unsafe extern "C" fn cncbf_nominal_open(
         // SAFETY: as the caller promises.
         let place = unsafe { result_place("place", place) }?;
         let give_up_ns = RealClock.now_ns().saturating_add(patience_ns);
-        let commands =
-            node.0.publisher_when_free(|| RealClock.now_ns() >= give_up_ns)?.ok_or(Failure::Taken)?;
-        let wake_up = node.0.wake_up()?;
+        let membership = node.lock();
+        let commands = membership.publisher_when_free(|| RealClock.now_ns() >= give_up_ns)?;
+        let commands = commands.ok_or(Failure::Taken)?;
+        let wake_up = membership.wake_up()?;
         *place = Box::into_raw(Box::new(Nominal { wake_up, commands, _node: Arc::clone(&node.0) }));
         Ok(Result::Ok)
     })

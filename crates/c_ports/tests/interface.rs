@@ -145,7 +145,7 @@ fn misuse_is_refused_and_explained() {
         assert!(result == Result::Misuse && last_error().contains(what), "{result:?}: {}", last_error());
     };
     let name = c"x".as_ptr();
-    let mut nobody: *mut Node = 8 as *mut Node;
+    let mut nobody = std::ptr::dangling_mut::<Node>();
     let mut nothing: *mut Reader = null_mut();
     let place = (&raw mut goal).cast::<c_void>();
     // SAFETY: null pointers are what is tested; the others are alive.
