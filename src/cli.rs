@@ -1,6 +1,7 @@
 //! What the command line can say.
 
 mod drive;
+mod evaluate;
 mod kit;
 mod offline;
 mod profile;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 pub(crate) use drive::{BridgeArgs, Controller, KernelName, NominalArgs, Rate, ReplayArgs, RunArgs, Source};
+pub(crate) use evaluate::{EvaluateArgs, RobotName, ScenarioChoice};
 pub(crate) use kit::{CheckControllerArgs, CompareArgs, Contestant, World};
 pub(crate) use offline::{DisturbanceName, NominalName, SolveArgs, TrainArgs, VerifyArgs};
 pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, WaitName};
@@ -26,6 +28,7 @@ pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, Wait
   cncbf run --source ros2 --shadow                watch a robot that drives itself: what would the filter have done
   cncbf check-controller -- python3 mine.py       whether a nominal controller of yours keeps the rules
   cncbf compare mpc pure_pursuit --on drive.mcap  two nominal controllers behind the same filter
+  cncbf evaluate --methods cn_cbf --scenarios 20  how often it arrives without a contact among 5, 10 and 15 people
   cncbf profile drive.mcap                        where time goes on this machine
   cncbf why runs/0001/run.mcap 12.5               why it intervened 12.5 s into a run
   cncbf doctor                                    what on this machine would spoil real time
@@ -54,6 +57,8 @@ pub(crate) enum Command {
     CheckController(CheckControllerArgs),
     /// Drive the same way with two nominal controllers behind the same filter and show the figures side by side.
     Compare(CompareArgs),
+    /// Drive many methods through many random crowds in virtual time; tables of success, with intervals and causes.
+    Evaluate(EvaluateArgs),
     /// Explain one moment of a recording made by `run`, `replay` or `record`.
     Why(WhyArgs),
     /// Compute the value function of a settings file's `[offline]` part.

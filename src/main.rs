@@ -5,6 +5,7 @@ mod cli;
 mod common;
 mod compare;
 mod doctor;
+mod evaluate;
 mod inspect;
 mod inspect_plot;
 mod lockstep;
@@ -39,6 +40,7 @@ fn main() -> ExitCode {
         Command::Profile(args) => profile::profile(&args),
         Command::CheckController(args) => check_controller::check_controller(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Evaluate(args) => evaluate::evaluate(&args),
         Command::Why(args) => why::why(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Train(args) => train::train(&args),
