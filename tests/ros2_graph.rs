@@ -210,6 +210,8 @@ fn processes(domain: &Domain, folder: &Path, domain_id: u32) -> [Child; 4] {
     [&["filter"][..], &["estimator"], &["nominal"], &["bridge", "--source", "ros2"]].map(|arguments| {
         let mut command = cncbf(domain, folder);
         command.args(arguments).env("ROS_DOMAIN_ID", domain_id.to_string()).env("ROS_LOCALHOST_ONLY", "1");
+        // Nobody reads what they say, and RustDDS has much to say.
+        command.env("RUST_LOG", "off");
         command.spawn().expect("the command starts")
     })
 }
@@ -311,7 +313,7 @@ fn a_run_that_hears_no_robot_names_the_topics_that_are_silent() {
     let config = settings(&folder, "geometry_msgs/PoseArray", "best_effort", "geometry_msgs/Twist");
     let mut run = cncbf(&domain, &folder);
     run.args(["run", "--source", "ros2", "--duration", "1", "--report", "report", "--config"]).arg(config);
-    run.env("ROS_DOMAIN_ID", apart(2).to_string()).env("ROS_LOCALHOST_ONLY", "1");
+    run.env("ROS_DOMAIN_ID", apart(2).to_string()).env("ROS_LOCALHOST_ONLY", "1").env("RUST_LOG", "off");
     let said = Said::by(run, &[]);
     assert_eq!(said.code, 2, "{said:?}");
     for expected in ["/odom, /detections, /goal_pose", "cncbf doctor", "report/bridge.log"] {
