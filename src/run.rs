@@ -9,7 +9,7 @@ use crate::common::settings;
 use crate::outcome::{print_figures, read_record, write_report};
 use crate::run_folder;
 use crate::session::{SessionEnd, SessionPlan, run_stack};
-use crate::silence::refuse_unheard;
+use crate::silence::unheard;
 
 /// Runs the stack. Success means: the goal was reached and nobody was touched; for a recording, and where the filter only
 /// watches, that it was played.
@@ -125,10 +125,12 @@ impl Live<'_> {
             duration_s: self.duration_s,
         };
         let end = run_stack(&plan, &mut |_, _| Ok(()))?;
-        let record = read_record(&recording, self.settings, self.title.clone())?;
-        if *self.source == Source::Ros2 {
-            refuse_unheard(&record, self.settings, &folder)?;
-        }
+        let record = read_record(&recording, self.settings, self.title.clone());
+        let record = if *self.source == Source::Ros2 {
+            record.map_err(|error| unheard(error, &recording, self.settings, &folder))?
+        } else {
+            record?
+        };
         write_report(&record, self.settings, &folder)?;
         if end.crashes > 0 {
             eprintln!("{} processes ended unexpectedly; see the logs in {}", end.crashes, folder.display());
