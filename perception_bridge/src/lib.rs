@@ -29,6 +29,9 @@ pub use command_sink::{CommandSink, Obedience, SinkState};
 pub use frames::Frames;
 pub use live::{GraphSurvey, RosError, RosSource, SurveyedTopic, ZeroLevelOf, survey};
 pub use playback::{Playback, PlaybackError};
-pub use recorded::{IntakeReport, McapSource, PlaybackCounts, SourceError};
+pub use recorded::{
+    IntakeReport, McapSource, PlaybackCounts, RecordedCrowd, RecordedCrowdError, SourceError,
+    scenarios_of_recording,
+};
 pub use simulated_crowd::{SimulatedCrowd, SimulationError, simulated_plant, simulated_scenario};
 pub use source::{BridgeEvent, OpenSourceError, Source, SourceChoice, open_source};

@@ -5,6 +5,7 @@ mod error;
 mod load;
 mod playlist;
 mod robot;
+mod scenarios;
 mod topics;
 mod truth;
 
@@ -23,6 +24,7 @@ use recording::RefusalCounts;
 use settings::Settings;
 
 pub use error::SourceError;
+pub use scenarios::{RecordedCrowd, RecordedCrowdError, scenarios_of_recording};
 
 use crate::command_sink::SinkState;
 use crate::nearest::by_distance;

@@ -89,10 +89,12 @@ impl ActuatorSettings {
 }
 
 impl SimulationSettings {
-    /// Resolves the scenario's file against the settings file's folder.
+    /// Resolves the scenario's file against the settings file's folder. It becomes absolute, because a stack's processes read
+    /// settings that were written to another folder.
     pub(crate) fn resolve(&mut self, folder: &Path) {
         if let Some(scenario) = &mut self.scenario {
-            scenario.file = folder.join(&scenario.file);
+            let file = folder.join(&scenario.file);
+            scenario.file = std::path::absolute(&file).unwrap_or(file);
         }
     }
 
@@ -154,7 +156,7 @@ mod tests {
         );
         let settings = settings.expect("valid");
         let scenario = settings.simulation.scenario.as_ref().expect("named");
-        assert_eq!(scenario.file, Path::new("config/crowds.json"));
+        assert!(scenario.file.is_absolute() && scenario.file.ends_with("config/crowds.json"), "{scenario:?}");
         let sensing = settings.simulation.sensing.as_ref().expect("given");
         assert_eq!(sensing.drift, Some(DriftSettings { sigma_m: 0.05, tau_s: 0.5 }));
         let text = settings.to_toml().expect("has a TOML form");
