@@ -4,54 +4,24 @@
 
 #[path = "stack/command.rs"]
 mod command;
+#[path = "stack/driven.rs"]
+mod driven;
+#[path = "stack/peer.rs"]
+mod peer;
 #[path = "stack/witness.rs"]
 mod witness;
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
 
 use command::{Said, at, cncbf, count, scratch};
+use driven::{PATIENCE_S, assert_driven, drive, interrupt, number, robot, stack};
 use messages::{Reason, SafetyStatus};
-use node_runtime::{Clock, Domain, RealClock, ScopedDomain};
-use rustix::process::{Pid, Signal, kill_process};
+use node_runtime::{Clock, RealClock, ScopedDomain};
 use serde_json::Value;
 use witness::Witness;
 
-/// What pip is asked for.
-const PACKAGE: &str = "cyclonedds==11.0.1";
-/// How long the robot may take to its goal, s. Alone on a machine it needs ten.
-const PATIENCE_S: &str = "90";
-
 /// From the death of the robot's peer on, no cycle that begins later than this may do anything but brake, ns.
 const LIMIT_NS: u64 = 100_000_000;
-
-/// A Python that has CycloneDDS; `None` where it cannot be had.
-fn python() -> Option<&'static Path> {
-    static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
-    PYTHON
-        .get_or_init(|| {
-            let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("venv_cyclonedds");
-            let python = folder.join("bin/python");
-            let succeeds = |command: &mut Command| {
-                command
-                    .stdout(Stdio::null())
-                    .stderr(Stdio::null())
-                    .status()
-                    .is_ok_and(|status| status.success())
-            };
-            let is_there = succeeds(Command::new(&python).args(["-c", "import cyclonedds"]))
-                || (succeeds(Command::new("python3").args(["-m", "venv"]).arg(&folder))
-                    && succeeds(Command::new(&python).args(["-m", "pip", "install", "--quiet", PACKAGE])));
-            is_there.then_some(python)
-        })
-        .as_deref()
-}
-
-/// A ROS domain that parallel tests do not share; `offset` tells those of one process apart.
-fn domain_id(offset: u32) -> String {
-    (10 + std::process::id() % 22 * 4 + offset).to_string()
-}
 
 /// The shipped settings with a place in the graph that asks for these messages.
 fn settings(folder: &Path, obstacles: &str, reliability: &str, command: &str) -> PathBuf {
@@ -71,66 +41,9 @@ fn settings(folder: &Path, obstacles: &str, reliability: &str, command: &str) ->
     file
 }
 
-/// A stack that listens to ROS domain `domain_id`.
-fn stack(domain: &Domain, folder: &Path, domain_id: &str, config: &[&str]) -> Child {
-    cncbf(domain, folder)
-        .args(["run", "--source", "ros2", "--report", "report", "--json"])
-        .args(config)
-        .env("ROS_DOMAIN_ID", domain_id)
-        .env("ROS_LOCALHOST_ONLY", "1")
-        .env("RUST_LOG", "warn,rustdds=off,ros2_client=off")
-        .spawn()
-        .expect("the command starts")
-}
-
-/// The peer with its world.
-fn robot(python: &Path, domain_id: &str, arguments: &[&str]) -> Command {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/ros2_robot.py");
-    let mut command = Command::new(python);
-    command
-        .arg(script)
-        .args(["--domain", domain_id])
-        .args(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
-}
-
-/// A stack beside a peer: starts the stack, runs the peer to its end, interrupts the stack. What both said, and the
-/// bridge's log.
-fn drive(name: &str, offset: u32, config: &[&str], peer: &[&str]) -> Option<(Said, Value, String)> {
-    let Some(python) = python() else {
-        println!("skipped: no Python with {PACKAGE} (python3 -m venv, pip install)");
-        return None;
-    };
-    let (domain, folder, domain_id) = (ScopedDomain::new(), scratch(name), domain_id(offset));
-    let stack = stack(&domain, &folder, &domain_id, config);
-    let judged = robot(python, &domain_id, peer).output();
-    let judged = judged.expect("the peer starts");
-    interrupt(&stack);
-    let said = Said::of(stack.wait_with_output().expect("the command ends"));
-    let stderr = String::from_utf8_lossy(&judged.stderr);
-    assert!(judged.status.success(), "the peer failed: {stderr}");
-    let seen = serde_json::from_slice(&judged.stdout).unwrap_or_else(|error| panic!("{error}: {stderr}"));
-    println!("{name}: {seen}");
-    let log = std::fs::read_to_string(folder.join("report/bridge.log")).expect("the bridge's log");
-    Some((said, seen, log))
-}
-
-fn interrupt(child: &Child) {
-    kill_process(Pid::from_child(child), Signal::INT).expect("a running stack");
-}
-
-fn number(seen: &Value, key: &str) -> f64 {
-    at(seen, key).as_f64().unwrap_or_else(|| panic!("{key} is no number in {seen}"))
-}
-
 /// Asserts what a judge outside the stack can see of a good drive.
 fn assert_reached(said: &Said, seen: &Value, log: &str) {
-    assert!(number(seen, "/reached_s") > 0.0, "{seen}\n{}\n{log}", said.err);
-    assert_eq!(at(seen, "/stands"), true, "the robot drives on: {seen}");
-    assert!(number(seen, "/min_clearance_m") > 0.0, "somebody was touched: {seen}");
-    assert_eq!(said.code, 0, "{}", said.err);
+    assert_driven(said, seen, log);
     assert_eq!(at(&said.json(), "/outcome"), "reached");
     assert_eq!(count(&said.json(), "/refused_inputs"), 0, "{log}");
 }
@@ -179,11 +92,9 @@ fn a_quality_of_service_that_does_not_fit_is_named_and_the_robot_kept_standing()
 
 #[test]
 fn a_peer_that_is_killed_is_braked_for_and_its_successor_driven_to_the_goal() {
-    let Some(python) = python() else {
-        println!("skipped: no Python with {PACKAGE} (python3 -m venv, pip install)");
-        return;
-    };
-    let (domain, folder, domain_id) = (ScopedDomain::new(), scratch("ros2_killed"), domain_id(3));
+    let Some(python) = peer::python_or_say() else { return };
+    let (domain, folder, domain_id) =
+        (ScopedDomain::new(), scratch("ros2_killed"), peer::domain_id(3).to_string());
     let mut witness = Witness::join(&domain, "cncbf");
     let stack = stack(&domain, &folder, &domain_id, &[]);
     let mut peer = robot(python, &domain_id, &["--seconds", PATIENCE_S]).spawn().expect("the peer starts");

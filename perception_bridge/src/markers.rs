@@ -50,7 +50,8 @@ impl Markers {
         for marker in &message.markers {
             let name = (marker.ns.clone(), marker.id);
             if marker.action == Marker::DELETE_ALL {
-                self.shapes.clear();
+                // Of one namespace, if it names one.
+                self.shapes.retain(|(namespace, _), _| !marker.ns.is_empty() && *namespace != marker.ns);
             } else if marker.action == Marker::DELETE {
                 self.shapes.remove(&name);
             } else if Self::shows(marker) {
@@ -136,6 +137,9 @@ mod tests {
         let clear = Marker { action: Marker::DELETE_ALL, ..Marker::default() };
         let drawn = shape("a", 5, Marker::CUBE, 9.0);
         assert_eq!(take(&mut markers, vec![clear, drawn], 4 * S), Ok(vec![9.0]), "in order");
+        let clear = Marker { action: Marker::DELETE_ALL, ns: "a".to_owned(), ..Marker::default() };
+        let other = shape("b", 5, Marker::CUBE, 8.0);
+        assert_eq!(take(&mut markers, vec![other, clear], 5 * S), Ok(vec![8.0]), "of one namespace");
     }
 
     #[test]

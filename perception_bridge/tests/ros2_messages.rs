@@ -85,10 +85,7 @@ macro_rules! every_type {
 }
 
 fn round_trip(domain_id: u32, profile: &QosProfile, options: &[&str]) {
-    let Some(python) = peer::python() else {
-        println!("skipped: no Python with {} (python3 -m venv, pip install)", peer::PACKAGE);
-        return;
-    };
+    let Some(python) = peer::python_or_say() else { return };
     let builder = DomainParticipantBuilder::new(domain_id as u16).with_only_networks([Ipv4Addr::LOCALHOST]);
     let context = Context::from_domain_participant(builder.build().unwrap()).unwrap();
     let options_of_node = NodeOptions::new().enable_rosout(false);

@@ -5,6 +5,10 @@ The robot stops by itself where no command comes for half a second, as drivers d
 stands, or when the time is up, and prints one line of JSON: what a judge outside the stack saw.
 
     python ros2_robot.py --domain 42 --obstacles boxes --command twist --seconds 60
+
+With --aim path it publishes a path in place of a goal; with --aim upstream the robot has a controller of its own, blind to people,
+which publishes on /cmd_vel_smoothed and dies --upstream-seconds after the robot set out. With --sim-time stamps are of a clock on /clock that began at
+1,000 s; --reset-after lets that simulation begin anew, robot, people and clock, so long after the robot set out.
 """
 
 import argparse
@@ -28,6 +32,9 @@ import ros2_types as ros
 STEP_S = 0.01
 ODOMETRY_STEPS = 2
 OBSTACLE_STEPS = 5
+SIM_BEGIN_NS = 1_000 * 10**9
+# With a corner, so that nobody drives it by chance.
+PATH = [(0.25 * i, 0.0) for i in range(13)] + [(3.0, 0.25 * i) for i in range(1, 13)]
 GOAL_STEPS = 50
 RADIUS_M = 0.35
 GOAL = (6.0, 0.0)
@@ -44,12 +51,26 @@ def arguments():
     parser.add_argument("--obstacles", choices=["boxes", "poses", "tracks"], default="boxes")
     parser.add_argument("--command", choices=["twist", "twist_stamped"], default="twist")
     parser.add_argument("--best-effort", action="store_true")
+    parser.add_argument("--aim", choices=["goal", "path", "upstream"], default="goal")
+    parser.add_argument("--upstream-seconds", type=float, default=math.inf)
+    parser.add_argument("--sim-time", action="store_true")
+    parser.add_argument("--reset-after", type=float, default=math.inf)
     parser.add_argument("--frame", default="odom", help="frame of the obstacles; another one is placed by /tf_static")
     return parser.parse_args()
 
 
+class SimTime:
+    """What stamps are of: the date, or a clock that begins when told."""
+
+    began_ns = None
+
+    @classmethod
+    def begin(cls):
+        cls.began_ns = time.monotonic_ns()
+
+
 def stamp():
-    now_ns = time.time_ns()
+    now_ns = time.time_ns() if SimTime.began_ns is None else time.monotonic_ns() - SimTime.began_ns + SIM_BEGIN_NS
     return ros.Time(now_ns // 10**9, now_ns % 10**9)
 
 
@@ -62,11 +83,23 @@ class Robot:
 
     def __init__(self):
         self.x = self.y = self.angle = self.speed = self.rate = 0.0
+        self.arrived = False
 
     def step(self):
         self.x += self.speed * math.cos(self.angle) * STEP_S
         self.y += self.speed * math.sin(self.angle) * STEP_S
         self.angle += self.rate * STEP_S
+
+    def wish(self):
+        """What its own controller would do: turn towards the goal, or drive on where it is too near to turn; halt there."""
+        x, y = GOAL[0] - self.x, GOAL[1] - self.y
+        error = math.remainder(math.atan2(y, x) - self.angle, math.tau)
+        self.arrived |= math.hypot(x, y) < GOAL_TOLERANCE_M
+        twist = ros.Twist()
+        if not self.arrived:
+            twist.linear.x = max(0.3, min(0.8, math.hypot(x, y)) * math.cos(error))
+            twist.angular.z = max(-0.6, min(0.6, error)) if abs(error) < 1.0 or math.hypot(x, y) > 1.0 else 0.0
+        return twist
 
     def odometry(self):
         message = ros.Odometry(ros.Header(stamp(), "odom"), "base_link")
@@ -113,6 +146,8 @@ def main():
     seen = writer("detections", obstacle_type, streams)
     goals = writer("goal_pose", ros.PoseStamped, reliable)
     frames = writer("tf_static", ros.TFMessage, latched)
+    paths, clock = writer("plan", ros.Path, reliable), writer("clock", ros.Clock, ros.profile(reliable=False, depth=1))
+    wishes = writer("cmd_vel_smoothed", ros.Twist, reliable)
     command_topic = Topic(participant, "rt/cmd_vel", command_type, qos=reliable)
     commands = DataReader(participant, command_topic, qos=reliable)
     graph_topic = Topic(participant, "ros_discovery_info", ros.ParticipantEntitiesInfo, qos=latched)
@@ -128,7 +163,11 @@ def main():
         x, y = vector[0] - (1.0 if moved else 0.0), vector[1]
         return (y, -x) if offset else vector
 
+    if asked.sim_time:
+        SimTime.begin()
+    goal = PATH[-1] if asked.aim == "path" else GOAL
     robot, nodes, ages, gaps = Robot(), set(), [], []
+    resets, corner_m = 0, math.inf
     people = [list(start) for start, _ in PEOPLE]
     clearance, received, heard, moved_s, reached_s = math.inf, 0, None, None, None
     begin, steps = time.monotonic(), 0
@@ -156,6 +195,10 @@ def main():
             robot.speed = robot.rate = 0.0
         if robot.speed != 0.0 and moved_s is None:
             moved_s = elapsed
+        if moved_s is not None and elapsed > moved_s + asked.reset_after and resets == 0:
+            resets, people = 1, [list(start) for start, _ in PEOPLE]
+            robot, moved_s = Robot(), None
+            SimTime.begin()
         robot.step()
         # People set out once the robot does, so that they meet however long the stack takes to start.
         for person, (_, velocity) in zip(people, PEOPLE):
@@ -163,6 +206,12 @@ def main():
                 person[0] += velocity[0] * STEP_S
                 person[1] += velocity[1] * STEP_S
             clearance = min(clearance, math.hypot(person[0] - robot.x, person[1] - robot.y) - 2 * RADIUS_M)
+        if asked.sim_time:
+            clock.write(ros.Clock(stamp()))
+        lives = moved_s is None or elapsed < moved_s + asked.upstream_seconds
+        if asked.aim == "upstream" and steps % ODOMETRY_STEPS == 0 and lives:
+            wishes.write(robot.wish())
+        corner_m = min(corner_m, math.hypot(PATH[12][0] - robot.x, PATH[12][1] - robot.y))
         if steps % ODOMETRY_STEPS == 0:
             odometry.write(robot.odometry())
         if steps % OBSTACLE_STEPS == 0:
@@ -173,8 +222,13 @@ def main():
             ]
             seen.write(obstacles(asked.obstacles, places, asked.frame))
         if steps % GOAL_STEPS == 0:
-            goals.write(ros.PoseStamped(ros.Header(stamp(), "odom"), ros.Pose(ros.Point(*GOAL, 0.0))))
-        if math.hypot(GOAL[0] - robot.x, GOAL[1] - robot.y) <= GOAL_TOLERANCE_M and reached_s is None:
+            header = ros.Header(stamp(), "odom")
+            if asked.aim == "goal":
+                goals.write(ros.PoseStamped(header, ros.Pose(ros.Point(*GOAL, 0.0))))
+            elif asked.aim == "path":
+                poses = [ros.PoseStamped(header, ros.Pose(ros.Point(x, y, 0.0), heading(math.pi / 2))) for x, y in PATH]
+                paths.write(ros.Path(header, poses))
+        if math.hypot(goal[0] - robot.x, goal[1] - robot.y) <= GOAL_TOLERANCE_M and reached_s is None:
             reached_s = elapsed
         stands = reached_s is not None and robot.speed == 0.0
         if elapsed > asked.seconds or (stands and elapsed > reached_s + 0.5):
@@ -190,7 +244,9 @@ def main():
         "reached_s": reached_s,
         "moved_s": moved_s,
         "stands": stands,
-        "goal_distance_m": math.hypot(GOAL[0] - robot.x, GOAL[1] - robot.y),
+        "goal_distance_m": math.hypot(goal[0] - robot.x, goal[1] - robot.y),
+        "corner_m": corner_m,
+        "resets": resets,
         "min_clearance_m": clearance,
         "commands": received,
         "command_gap_p50_ms": percentile(gaps, 0.5),

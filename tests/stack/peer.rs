@@ -5,10 +5,10 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
 /// What pip is asked for.
-pub(crate) const PACKAGE: &str = "cyclonedds==11.0.1";
+const PACKAGE: &str = "cyclonedds==11.0.1";
 
 /// A Python that has CycloneDDS; `None` where it cannot be had. It lies in a virtual environment of the tests.
-pub(crate) fn python() -> Option<&'static Path> {
+fn python() -> Option<&'static Path> {
     static PYTHON: OnceLock<Option<PathBuf>> = OnceLock::new();
     PYTHON
         .get_or_init(|| {
@@ -29,7 +29,16 @@ pub(crate) fn python() -> Option<&'static Path> {
         .as_deref()
 }
 
-/// A ROS domain that parallel tests do not share; `offset`, below 4, tells those of one process apart.
+/// [`python`], or a line that says what is skipped.
+pub(crate) fn python_or_say() -> Option<&'static Path> {
+    let python = python();
+    if python.is_none() {
+        println!("skipped: no Python with {PACKAGE} (python3 -m venv, pip install)");
+    }
+    python
+}
+
+/// A ROS domain that parallel tests do not share; `offset`, below 8, tells those of one process apart.
 pub(crate) fn domain_id(offset: u32) -> u32 {
-    10 + std::process::id() % 22 * 4 + offset
+    10 + std::process::id() % 11 * 8 + offset
 }

@@ -26,9 +26,8 @@ pub(super) struct Input<M> {
     /// When it last said something, or when listening began, stack clock, ns.
     heard_ns: u64,
     is_silent: bool,
-    refused: BTreeMap<Reason, u64>,
-    /// Whether there are refusals that the log does not know.
-    unsaid: bool,
+    /// How many were refused for each reason, and how many the log knows of.
+    refused: BTreeMap<Reason, (u64, u64)>,
 }
 
 impl<M: Ros2Message + 'static> Input<M> {
@@ -44,7 +43,7 @@ impl<M: Ros2Message + 'static> Input<M> {
         port.register(registry, Token(0), Interest::READABLE)
             .map_err(|error| RosError::Topic { topic: topic.clone(), cause: error.to_string() })?;
         let refused = BTreeMap::new();
-        Ok(Self { topic, port, record, heard_ns: now_ns, is_silent: false, refused, unsaid: false })
+        Ok(Self { topic, port, record, heard_ns: now_ns, is_silent: false, refused })
     }
 
     /// Takes what has arrived; `take` says why it refuses a message. Returns how many were refused.
@@ -60,8 +59,7 @@ impl<M: Ros2Message + 'static> Input<M> {
             self.record.passed(self.heard_ns);
             if let Err(reason) = taken {
                 self.record.refused(reason);
-                *self.refused.entry(reason).or_default() += 1;
-                self.unsaid = true;
+                self.refused.entry(reason).or_default().0 += 1;
                 refused += 1;
             }
         }
@@ -86,11 +84,13 @@ impl<M: Ros2Message + 'static> Input<M> {
         self.tell_refusals();
     }
 
-    /// Tells the log what was refused since the last time.
+    /// Tells the log what was refused: the first for each reason at once, more whenever their number has doubled, so that a
+    /// publisher that is never right does not fill it.
     pub(super) fn tell_refusals(&mut self) {
-        if std::mem::take(&mut self.unsaid) {
-            for (reason, count) in &self.refused {
+        for (reason, (count, said)) in &mut self.refused {
+            if *count > *said && *count >= 2 * *said {
                 tracing::warn!(topic = self.topic, %reason, count, "messages refused so far");
+                *said = *count;
             }
         }
     }

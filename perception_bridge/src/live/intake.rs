@@ -56,6 +56,8 @@ pub(super) struct Intake {
     route: Option<(Route, Vec<[f64; 2]>)>,
     lookahead_m: f64,
     upstream_silence_ns: u64,
+    /// The slowest that the filter can let the robot drive, m/s.
+    slowest_mps: f64,
     people: Vec<Detection>,
     order: Vec<usize>,
     refused_detections: u64,
@@ -79,6 +81,7 @@ impl Intake {
             robot_m: [0.0; 2],
             route: None,
             lookahead_m: ros2.lookahead_m(),
+            slowest_mps: settings.robot.control_min[0],
             upstream_silence_ns: settings.filter.nominal_max_silence_ms * NS_PER_MS,
             people: Vec::new(),
             order: Vec::new(),
@@ -293,7 +296,8 @@ impl Intake {
         BridgeEvent::Goal(Goal { stamp, position_in_odom_m: position_m, heading_rad })
     }
 
-    /// Takes in what the robot's own controller commands. Sideways speed is left out: this robot cannot.
+    /// Takes in what the robot's own controller commands. Sideways speed is left out: this robot cannot. Where the robot can only
+    /// drive forwards, slower than its slowest means to stop: the filter would make it faster than anybody asked.
     ///
     /// # Errors
     /// Why it is refused: [`Reason::NoRobotState`] while there is nothing that it could answer,
@@ -316,6 +320,8 @@ impl Intake {
         if !control.iter().all(|value| value.is_finite()) {
             return Err(Reason::NonFiniteNominalCommand);
         }
+        let is_halt = self.slowest_mps > 0.0 && twist.linear.x < self.slowest_mps;
+        let intent = if is_halt { Intent::Stop } else { Intent::Drive };
         let answered = Measured { valid_at_ns: robot.stamp.valid_at_ns, source_ns: robot.stamp.source_ns };
         let stamp = self.stamp(Stream::Upstream, answered, arrival);
         Ok(BridgeEvent::NominalCommand(NominalCommand {
@@ -323,7 +329,7 @@ impl Intake {
             received_ns: arrival.stack_ns,
             control,
             control_kind: ControlKind::Unicycle.code(),
-            intent: Intent::Drive.code(),
+            intent: intent.code(),
             controller: Controller::Upstream.code(),
             ..NominalCommand::zeroed()
         }))

@@ -241,6 +241,12 @@ fn an_upstream_command_answers_the_newest_robot_state() {
     assert_eq!((command.control, command.received_ns), ([0.4, -0.2], 1_010 * MS));
     let codes = (command.control_kind, command.intent, command.controller);
     assert_eq!(codes, (ControlKind::Unicycle.code(), Intent::Drive.code(), Controller::Upstream.code()));
+    for slow_mps in [0.0, 0.2, -0.4] {
+        twist.linear.x = slow_mps;
+        let event = intake.upstream(&twist, None, at(1_010 * MS));
+        let stops = |command: &NominalCommand| command.intent == Intent::Stop.code();
+        assert!(matches!(&event, Ok(BridgeEvent::NominalCommand(command)) if stops(command)), "{event:?}");
+    }
     // With stamps, age and order count.
     let old = header("base_link", 1_000 * MS);
     assert!(intake.upstream(&twist, Some(&old), at(1_080 * MS)).is_err(), "older than one without a stamp");
