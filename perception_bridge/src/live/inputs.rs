@@ -26,6 +26,7 @@ pub(super) struct Inputs {
 }
 
 /// What says where the robot shall go.
+#[expect(clippy::large_enum_variant, reason = "there is one")]
 enum Aim {
     /// Goals, and perhaps paths.
     Places { goals: Input<PoseStamped>, paths: Option<Input<Path>> },
