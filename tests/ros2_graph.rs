@@ -15,9 +15,9 @@ use std::process::Child;
 
 use command::{Said, at, cncbf, count, scratch};
 use node_runtime::{Domain, ScopedDomain};
-use peer::domain_id;
+use peer::{domain_id, python_or_say};
 use recording::ros2::{FilterState, Ros2Message};
-use ros2::{interrupt, number, python, script, settings, stack};
+use ros2::{interrupt, number, script, settings, stack};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use witness::Witness;
@@ -58,7 +58,7 @@ fn strings(value: &Value) -> Vec<&str> {
 
 #[test]
 fn the_stack_tells_how_it_is_and_names_what_is_wrong_with_the_graph() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_or_say() else { return };
     let (domain, folder, domain_id) = (ScopedDomain::new(), scratch("ros2_graph"), domain_id(0));
     let config = settings(&folder, "vision_msgs/Detection3DArray", "reliable", "geometry_msgs/Twist");
     let stack = stack(&domain, &folder, domain_id, &["--config", config.to_str().expect("a plain path")]);
@@ -186,7 +186,7 @@ fn speeds(seen: &Value) -> Vec<f64> {
 
 #[test]
 fn a_stack_that_is_told_to_end_leaves_a_standing_robot() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_or_say() else { return };
     for (offset, signal) in [(1, Signal::INT), (2, Signal::TERM)] {
         let (domain, folder, domain_id) = (ScopedDomain::new(), scratch("ros2_end"), domain_id(offset));
         let mut witness = Witness::join(&domain, "cncbf");
@@ -218,7 +218,7 @@ fn processes(domain: &Domain, folder: &Path, domain_id: u32) -> [Child; 4] {
 
 #[test]
 fn a_filter_that_is_killed_leaves_a_robot_that_brakes_to_a_halt() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_or_say() else { return };
     let (domain, folder, domain_id) = (ScopedDomain::new(), scratch("ros2_filter_killed"), domain_id(3));
     let mut witness = Witness::join(&domain, "cncbf");
     let [mut filter, others @ ..] = processes(&domain, &folder, domain_id);
@@ -256,11 +256,6 @@ fn the_shipped_message_definition_is_the_one_that_is_spoken() {
     assert_eq!(FilterState::NAME, "cncbf_msgs/FilterState");
 }
 
-/// Domains beside those that the stacks of this file take.
-fn apart(offset: u32) -> u32 {
-    10 + (std::process::id() + 1) % 22 * 4 + offset
-}
-
 /// What `cncbf doctor` says of domain `domain_id`.
 fn doctor(folder: &Path, domain_id: &str, arguments: &[&str]) -> Said {
     let domain = ScopedDomain::new();
@@ -272,8 +267,8 @@ fn doctor(folder: &Path, domain_id: &str, arguments: &[&str]) -> Said {
 
 #[test]
 fn the_doctor_lists_peers_topics_and_clocks() {
-    let Some(python) = python() else { return };
-    let (folder, domain_id) = (scratch("ros2_doctor"), apart(0));
+    let Some(python) = python_or_say() else { return };
+    let (folder, domain_id) = (scratch("ros2_doctor"), domain_id(4));
     let mut peer = script(python, LISTENER, domain_id, &["--seconds", "60"]);
     let mut peer = peer.spawn().expect("the peer starts");
     // It takes the peer a moment to import its types.
@@ -299,7 +294,7 @@ fn the_doctor_lists_peers_topics_and_clocks() {
 #[test]
 fn the_doctor_says_so_where_nobody_is_or_the_environment_is_unusable() {
     let folder = scratch("ros2_doctor_alone");
-    let alone = doctor(&folder, &(apart(1)).to_string(), &[]);
+    let alone = doctor(&folder, &(domain_id(5)).to_string(), &[]);
     assert!(alone.code < 2 && alone.out.contains("peers      none"), "{alone:?}");
     let refused = doctor(&folder, "233", &[]);
     assert!(
@@ -313,7 +308,7 @@ fn a_run_that_hears_no_robot_names_the_topics_that_are_silent() {
     let config = settings(&folder, "geometry_msgs/PoseArray", "best_effort", "geometry_msgs/Twist");
     let mut run = cncbf(&domain, &folder);
     run.args(["run", "--source", "ros2", "--duration", "1", "--report", "report", "--config"]).arg(config);
-    run.env("ROS_DOMAIN_ID", apart(2).to_string()).env("ROS_LOCALHOST_ONLY", "1").env("RUST_LOG", "off");
+    run.env("ROS_DOMAIN_ID", domain_id(6).to_string()).env("ROS_LOCALHOST_ONLY", "1").env("RUST_LOG", "off");
     let said = Said::by(run, &[]);
     assert_eq!(said.code, 2, "{said:?}");
     for expected in ["/odom, /detections, /goal_pose", "cncbf doctor", "report/bridge.log"] {

@@ -8,16 +8,6 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 use crate::command::{at, cncbf};
-use crate::peer;
-
-/// A Python for peers, or a word about its absence.
-pub(crate) fn python() -> Option<&'static Path> {
-    let python = peer::python();
-    if python.is_none() {
-        println!("skipped: no Python with {} (python3 -m venv, pip install)", peer::PACKAGE);
-    }
-    python
-}
 
 /// The shipped settings with a place in the graph that asks for these messages.
 pub(crate) fn settings(folder: &Path, obstacles: &str, reliability: &str, command: &str) -> PathBuf {
