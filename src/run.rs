@@ -54,11 +54,16 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         eprintln!("interrupted; the figures are of what was driven until then");
     }
     Ok(match args.source {
-        // A live graph has no end of its own.
-        Source::Ros2 if args.shadow => true,
+        // A live graph has no end of its own, and a robot with a controller of its own tells no goal.
+        Source::Ros2 if args.shadow || has_upstream(&settings) => true,
         Source::Sim | Source::Ros2 if !args.shadow => verdict.outcome == Outcome::Reached,
         Source::Sim | Source::Ros2 | Source::Mcap(_) => !end.interrupted,
     })
+}
+
+/// Whether the robot's own commands are the nominal ones.
+fn has_upstream(settings: &Settings) -> bool {
+    settings.source.ros2.as_ref().is_some_and(|ros2| ros2.nominal_topic.is_some())
 }
 
 /// Where a live robot drives itself, its commands are the nominal ones, unless the settings name others or the arguments a
