@@ -9,7 +9,7 @@ use messages::MAX_OBSTACLES;
 #[derive(Debug)]
 pub(crate) struct Assignment {
     /// By row, then column.
-    gains: Box<[[f64; MAX_OBSTACLES]; MAX_OBSTACLES]>,
+    gains: Vec<[f64; MAX_OBSTACLES]>,
     rows: usize,
     /// At least as many as rows, so that every row finds one; those beyond the real ones gain nothing.
     columns: usize,
@@ -21,7 +21,7 @@ pub(crate) struct Assignment {
 impl Assignment {
     pub(crate) fn new() -> Self {
         Self {
-            gains: Box::new([[0.0; MAX_OBSTACLES]; MAX_OBSTACLES]),
+            gains: vec![[0.0; MAX_OBSTACLES]; MAX_OBSTACLES],
             rows: 0,
             columns: 0,
             row_prices: [0.0; MAX_OBSTACLES],

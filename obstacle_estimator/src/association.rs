@@ -29,6 +29,8 @@ pub(crate) struct Association {
     candidates: Vec<Candidate>,
     /// What each anonymous detection says of a position; unused without a filter.
     sightings: Vec<Sighting>,
+    /// The tracks that some detection is admissible for: a row of the assignment each.
+    hopeful: Vec<usize>,
     assignment: Assignment,
     /// Per entry of the frame, the track it was given.
     assigned: [Option<usize>; MAX_OBSTACLES],
@@ -39,6 +41,7 @@ impl Association {
         Self {
             candidates: Vec::with_capacity(MAX_OBSTACLES * MAX_OBSTACLES),
             sightings: Vec::with_capacity(MAX_OBSTACLES),
+            hopeful: Vec::with_capacity(MAX_OBSTACLES),
             assignment: Assignment::new(),
             assigned: [None; MAX_OBSTACLES],
         }
@@ -91,8 +94,10 @@ impl Association {
         self.assigned = [None; MAX_OBSTACLES];
         self.sightings.clear();
         self.sightings.extend(anonymous.iter().map(|&detection| beliefs.sighting(&frame[detection])));
+        self.hopeful.clear();
         let mut flattest = f64::NEG_INFINITY;
         for (track, state) in tracks.iter().enumerate().filter(|(_, state)| state.anonymous && !state.seen) {
+            let row = self.hopeful.len();
             let forecast = state.forecast(time_ns, beliefs);
             let interval_s = (time_ns - state.measured_at_ns) as f64 * 1e-9;
             for (column, sighting) in self.sightings.iter().enumerate() {
@@ -103,18 +108,21 @@ impl Association {
                 let (distance2, log_determinant) = forecast.surprise(sighting);
                 if distance2 <= GATE_DISTANCE2 && state.could_reach(sighting, interval_s, settings, beliefs) {
                     let cost = distance2 + log_determinant;
-                    self.candidates.push(Candidate { cost, track, detection: column });
+                    self.candidates.push(Candidate { cost, track: row, detection: column });
                     flattest = flattest.max(log_determinant);
                 }
             }
+            if self.candidates.last().is_some_and(|candidate| candidate.track == row) {
+                self.hopeful.push(track);
+            }
         }
-        self.assignment.clear(tracks.len(), anonymous.len());
+        self.assignment.clear(self.hopeful.len(), anonymous.len());
         let nobody = GATE_DISTANCE2 + flattest + LEAST_GAIN;
         for candidate in &self.candidates {
             self.assignment.gain(candidate.track, candidate.detection, nobody - candidate.cost);
         }
-        for (track, column) in self.assignment.solve() {
-            self.assigned[anonymous[column]] = Some(track);
+        for (row, column) in self.assignment.solve() {
+            self.assigned[anonymous[column]] = Some(self.hopeful[row]);
         }
     }
 
