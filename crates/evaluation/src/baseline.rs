@@ -31,7 +31,9 @@ impl Baseline {
         model: &Model,
     ) -> Result<(Box<dyn WholeMethod>, u64), BaselineError> {
         let method = self.parameters.build(settings, Some(model))?;
-        Ok((Box::new(Adapter { method }), self.parameters.kind().published_period_ns()))
+        let kind = self.parameters.kind();
+        let corrects_nominal = kind.robot() == RobotKind::DoubleIntegrator;
+        Ok((Box::new(Adapter { method, corrects_nominal }), kind.published_period_ns()))
     }
 }
 
@@ -49,9 +51,14 @@ fn kinds(robot: Robot) -> impl Iterator<Item = MethodKind> {
 
 struct Adapter {
     method: Box<dyn Method>,
+    corrects_nominal: bool,
 }
 
 impl WholeMethod for Adapter {
+    fn corrects_nominal(&self) -> bool {
+        self.corrects_nominal
+    }
+
     fn step(&mut self, inputs: &MethodInputs<'_>, now_ns: u64) -> Option<MethodCommand> {
         let inputs = Inputs {
             robot_state: inputs.robot_state,

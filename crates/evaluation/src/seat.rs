@@ -33,6 +33,11 @@ impl Seat {
         }
     }
 
+    /// Whether a nominal controller has to run beside the method.
+    pub(crate) fn needs_nominal(&self) -> bool {
+        self.method.corrects_nominal()
+    }
+
     /// Steps the method where it is due, and says what the robot hears: the command, and whether it hears any. Where the
     /// method has no answer the robot hears nothing, hence brakes.
     pub(crate) fn step(
@@ -57,7 +62,7 @@ impl Seat {
         (self.told(inputs), self.held.is_some())
     }
 
-    /// The held answer in the filter's words. A method that needs no nominal command corrects nothing: u_nom is then u.
+    /// The held answer in the filter's words. A planner corrects nothing: its u_nom is u.
     fn told(&self, inputs: &cbf_filter::Inputs<'_>) -> SafeCommand {
         let mut command = SafeCommand {
             sequence: self.sequence,

@@ -215,6 +215,9 @@ impl<S: Source + ?Sized> VirtualStack<S> {
             return;
         }
         self.nominal_due_ns += self.nominal_period_ns;
+        if matches!(&self.corrector, Corrector::Method(seat) if !seat.needs_nominal()) {
+            return;
+        }
         let inputs = nominal_mpc::Inputs {
             robot_state: self.robot_state.as_ref(),
             robot_state_received_ns: now_ns,

@@ -13,7 +13,7 @@ pub struct MethodInputs<'a> {
     pub obstacles: Option<&'a Obstacles>,
     /// Where it shall go.
     pub goal: Option<&'a Goal>,
-    /// What the nominal controller of the settings would do. Planners ignore it.
+    /// What the nominal controller of the settings would do; `None` for a method that corrects none.
     pub nominal: Option<&'a NominalCommand>,
 }
 
@@ -36,6 +36,9 @@ pub struct MethodCommand {
 
 /// A complete method: from what is known to a control.
 pub trait WholeMethod {
+    /// Whether it corrects a nominal command. A planner does not: no nominal controller runs beside it.
+    fn corrects_nominal(&self) -> bool;
+
     /// Runs one cycle at `now_ns`, virtual time; `None` where there is nothing to compute from: the robot then brakes.
     fn step(&mut self, inputs: &MethodInputs<'_>, now_ns: u64) -> Option<MethodCommand>;
 }
