@@ -1,8 +1,11 @@
 //! `cncbf run`: the whole stack on this machine, to its goal, then a verdict and a report.
 
-use perception_bridge::Playback;
+use std::path::Path;
+
+use anyhow::Context;
+use perception_bridge::{Playback, simulated_scenario};
 use report::{Outcome, RunRecord, Verdict};
-use settings::{ControllerKind, Ros2Settings, Settings};
+use settings::{ControllerKind, Ros2Settings, ScenarioSettings, Settings};
 
 use crate::cli::{RunArgs, Source};
 use crate::common::settings;
@@ -24,12 +27,26 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
     if let Some(people) = args.people {
         settings.simulation.people = people;
     }
+    if let Some(choice) = &args.scenario {
+        settings.simulation.scenario = Some(named_scenario(choice)?);
+    }
     if args.shadow {
         hear_the_robots_own_commands(&mut settings, args)?;
     }
     let mut title = match &args.source {
+        // A scenario that cannot be had is refused here, before five processes refuse it one by one.
+        Source::Sim if settings.simulation.scenario.is_some() => {
+            let scenario = simulated_scenario(&settings)?;
+            format!("cncbf run: {} people, scenario {}", scenario.people.len(), scenario.name)
+        }
         Source::Sim => {
             format!("cncbf run: {} people, seed {}", settings.simulation.people, settings.simulation.seed)
+        }
+        Source::Mcap(_) | Source::Ros2 if args.scenario.is_some() => {
+            anyhow::bail!(
+                "--scenario says who is simulated, and --source {} has people of its own",
+                args.source
+            )
         }
         Source::Mcap(file) => format!("cncbf run: {}", file.display()),
         Source::Ros2 => "cncbf run: live ROS 2 graph".to_owned(),
@@ -59,6 +76,19 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<bool> {
         Source::Sim | Source::Ros2 if !args.shadow => verdict.outcome == Outcome::Reached,
         Source::Sim | Source::Ros2 | Source::Mcap(_) => !end.interrupted,
     })
+}
+
+/// `FILE`, or `FILE:NAME` unless there is a file of that whole name.
+fn named_scenario(choice: &Path) -> anyhow::Result<ScenarioSettings> {
+    let text = choice.to_string_lossy();
+    let (file, name) = match text.rsplit_once(':') {
+        Some((file, name)) if !file.is_empty() && !name.is_empty() && !choice.exists() => {
+            (Path::new(file), Some(name.to_owned()))
+        }
+        Some(_) | None => (choice, None),
+    };
+    let file = std::path::absolute(file).with_context(|| format!("cannot find {}", file.display()))?;
+    Ok(ScenarioSettings { file, name })
 }
 
 /// Whether the robot's own commands are the nominal ones.

@@ -13,6 +13,7 @@ use super::ProcessArgs;
 #[command(after_help = "Examples:
   cncbf run
   cncbf run --config config/ground_robot_paper.toml --seed 3 --people 15
+  cncbf run --scenario crowds.json:busy           docs/scenarios.md describes such files
   cncbf run --source mcap:drive.mcap --duration 20 --report runs/drive
   ROS_DOMAIN_ID=7 cncbf run --source ros2         drives a robot's /cmd_vel until Ctrl-C
   cncbf run --source ros2 --shadow                hears who else drives /cmd_vel and publishes nothing there
@@ -39,6 +40,9 @@ pub(crate) struct RunArgs {
     /// Only watch: leave the robot's own command untouched and record what the filter would have done
     #[arg(long)]
     pub(crate) shadow: bool,
+    /// Scenario of a file, instead of a drawn one: its first, or the one named after a colon [default: simulation.scenario]
+    #[arg(long, value_name = "FILE[:NAME]", conflicts_with_all = ["seed", "people"])]
+    pub(crate) scenario: Option<PathBuf>,
     /// Seed of the simulated crowd [default: simulation.seed]
     #[arg(long)]
     pub(crate) seed: Option<u64>,
