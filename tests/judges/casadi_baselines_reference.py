@@ -17,7 +17,7 @@ distance at k = 0, which no control changes, is left out:
     rntc_mpc  as sdf_mpc for k < 20, and the model's value at the last state >= 0; the model is models/ground_robot_paper
 
 The problems are nonconvex. Each is solved from a policy that turns to the goal and drives (to the left, to the right),
-from the slowest straight line and from random controls. Stored per problem: what IPOPT said from the first start and how
+from the slowest straight line, from the corners of the control box and from random controls. Stored per problem: what IPOPT said from the first start and how
 much processor time it took, and cost and first control of every start that ended at a feasible point.
 """
 
@@ -202,7 +202,10 @@ def random_problem(rng):
     heading = wrapped(np.arctan2(-start[1], -start[0]) + rng.normal(0.0, 0.5))
     obstacles = []
     while len(obstacles) < rng.integers(1, SLOTS + 1):
-        around, away = rng.uniform(-np.pi, np.pi), rng.uniform(0.75, 4.0)
+        # Two of three stand or walk in the way, the others anywhere.
+        on_the_way = rng.random() < 2 / 3
+        around = heading + rng.normal(0.0, 0.4) if on_the_way else rng.uniform(-np.pi, np.pi)
+        away = rng.uniform(0.9, 2.6) if on_the_way else rng.uniform(0.75, 4.0)
         place = start + away * np.array([np.cos(around), np.sin(around)])
         walk, speed = rng.uniform(-np.pi, np.pi), rng.uniform(0.05, 1.4)
         if rng.random() < 0.5:
@@ -222,6 +225,8 @@ def main():
         for _ in range(PROBLEMS_PER_METHOD):
             problem = random_problem(rng)
             policies = [turn_then_drive(+1), turn_then_drive(-1), lambda _, x: CONTROL_MIN * [1.0, 0.0]]
+            corners = [[1.0, 0.8], [1.0, -0.8], [0.25, 0.8], [0.25, -0.8]]
+            policies += [lambda _, x, corner=corner: np.array(corner) for corner in corners]
             for _ in range(RANDOM_STARTS):
                 controls = rng.uniform(CONTROL_MIN, CONTROL_MAX, (STEPS, 2))
                 policies.append(lambda k, x, controls=controls: controls[k])

@@ -148,7 +148,7 @@ fn the_terminal_set_is_asked_for_at_the_last_state_only() {
         speed_mps: 1.0,
         ..still([1.5, 0.0], 0.7)
     };
-    let mut at = |margin: f64, step: usize| {
+    let at = |margin: f64, step: usize| {
         let point = Point { step, ..point([0.0; 3], [1.0, 0.0], [0.0; 3]) };
         row(&mut rntc(margin), &point, &ahead).value
     };

@@ -21,7 +21,7 @@ pub struct Problem {
     pub first_cpu_ms: f64,
     /// Whether IPOPT was feasible from that start.
     pub first_feasible: bool,
-    /// Cost and first control of every feasible local minimum that IPOPT found from seven starts, cheapest first.
+    /// Cost and first control of every feasible local minimum that IPOPT found from eleven starts, cheapest first.
     pub minima: Vec<(f64, [f64; 2])>,
 }
 
