@@ -10,9 +10,9 @@ use std::collections::BTreeMap;
 use baselines::MethodParameters;
 use reference::Outcome;
 
-/// Measured: feasibility agrees on 199. Of the 110 problems with a plan ours is IPOPT's best of eleven starts on 107; one
-/// (RNTC-MPC) is another of IPOPT's minima, one (SDF-MPC) lies between its two cheapest, and on one of DCBF-MPC all our
-/// five searches end where some demand is missed. From its first start alone IPOPT misses six plans of the 110.
+/// Measured: feasibility agrees on 199. Of the 110 problems with a plan, 55 of which touch a demand, ours is IPOPT's best
+/// of eleven starts on 107. One (RNTC-MPC) is another of IPOPT's minima, one (SDF-MPC) lies between its two cheapest, and
+/// on one of DCBF-MPC all our five searches end where some demand is missed. From its first start alone IPOPT misses six.
 #[test]
 fn cost_and_feasibility_agree_with_ipopts() {
     let mut counts: BTreeMap<Outcome, usize> = BTreeMap::new();
@@ -33,5 +33,7 @@ fn cost_and_feasibility_agree_with_ipopts() {
     assert_eq!(count(Outcome::BothInfeasible), 90, "{counts:?}");
     assert!(count(Outcome::OnlyIpopt) <= 1, "{counts:?}");
     assert!(count(Outcome::SameBest) >= 107, "{counts:?}");
-    assert!(binding >= 60 && same_first >= 105, "{binding} {same_first} {counts:?}");
+    assert!(same_first >= 107, "{same_first} {counts:?}");
+    // Otherwise the problems would say nothing about demands.
+    assert!(binding >= 55, "{binding}");
 }
