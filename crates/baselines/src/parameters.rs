@@ -43,7 +43,7 @@ pub struct PlannerParameters {
     pub iteration_limit: u32,
     /// Whether a search that ended without meeting every demand is followed by up to four more, each from one corner of
     /// the control box, until one succeeds. IPOPT restores feasibility by a search of its own; without this ours would
-    /// give up on about one plan in forty that IPOPT finds.
+    /// give up on 7 of 110 plans that IPOPT finds from some start instead of on one.
     pub search_again: bool,
     /// Whom the planner sees.
     pub sight: SightParameters,
