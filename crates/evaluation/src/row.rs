@@ -76,7 +76,8 @@ table_row! {
         pub time_s: f64,
         /// Cycles of the filter, or of what stands in its place.
         pub cycles: u64,
-        /// Interventions: unbroken stretches of |u − u_nom| > 0.02, pauses below 0.1 s bridged; planners have none.
+        /// Interventions: unbroken stretches in which u is farther than 0.02 from the admissible control nearest to u_nom, pauses
+        /// below 0.1 s bridged; planners have none.
         pub interventions: u64,
         /// Share of cycles that intervened.
         pub intervention_share: f64,

@@ -60,7 +60,7 @@ pub fn run(
         }
     };
     stack.start_timing();
-    let mut tally = Tally::new();
+    let mut tally = Tally::new(&settings.robot);
     let mut investigator = Investigator::new(&settings, &variant.model, variant.mind != Mind::Nobody);
     let mut causes: [Option<Cause>; 2] = [None; 2];
     while let Some(command) = stack.cycle(&mut |_, _| {}) {

@@ -1,8 +1,10 @@
 //! What the filter's commands of a run add up to.
 
 use messages::{SafeCommand, SafetyStatus};
+use settings::RobotSettings;
 
-/// |u − u_nom| from which on a cycle intervened, Euclidean, in the units of the control; as in a run's report.
+/// Distance of u from the admissible control nearest to u_nom from which on a cycle intervened, Euclidean, in the units of the
+/// control.
 const INTERVENTION_TOLERANCE: f64 = 0.02;
 /// Pauses shorter than this do not end an intervention, s.
 const SHORTEST_PAUSE_NS: u64 = 100_000_000;
@@ -18,10 +20,13 @@ pub(crate) struct Tally {
     min_hard_margin: f64,
     pub(crate) braking_cycles: u64,
     intervened_ns: Option<u64>,
+    control_min: [f64; 2],
+    control_max: [f64; 2],
 }
 
 impl Tally {
-    pub(crate) const fn new() -> Self {
+    /// Nothing yet, of a robot with the controls of `robot`.
+    pub(crate) const fn new(robot: &RobotSettings) -> Self {
         Self {
             cycles: 0,
             interventions: 0,
@@ -31,6 +36,8 @@ impl Tally {
             min_hard_margin: f64::INFINITY,
             braking_cycles: 0,
             intervened_ns: None,
+            control_min: robot.control_min,
+            control_max: robot.control_max,
         }
     }
 
@@ -49,7 +56,11 @@ impl Tally {
     }
 
     fn note_correction(&mut self, command: &SafeCommand, now_ns: u64) {
-        let [first, second] = [0, 1].map(|index| command.control[index] - command.nominal[index]);
+        // A wish that the actuators cannot fulfil anyway is no matter of safety.
+        let [first, second] = [0, 1].map(|index| {
+            let wanted = command.nominal[index].clamp(self.control_min[index], self.control_max[index]);
+            command.control[index] - wanted
+        });
         if first.hypot(second) <= INTERVENTION_TOLERANCE {
             return;
         }
@@ -71,6 +82,12 @@ mod tests {
     use super::*;
     use bytemuck::Zeroable;
 
+    fn tally() -> Tally {
+        let text = include_str!("../../../config/quadrotor.toml");
+        let settings = settings::Settings::parse(text, "x".as_ref(), ".".as_ref());
+        Tally::new(&settings.expect("shipped settings").robot)
+    }
+
     fn command(status: SafetyStatus, difference: f64) -> SafeCommand {
         SafeCommand {
             status: status.code(),
@@ -83,7 +100,7 @@ mod tests {
 
     #[test]
     fn short_pauses_do_not_end_an_intervention() {
-        let mut tally = Tally::new();
+        let mut tally = tally();
         for (ms, difference) in [(0, 0.5), (4, 0.0), (100, 0.5), (204, 0.0), (208, 0.5)] {
             tally.note(&command(SafetyStatus::Filtered, difference), ms * 1_000_000);
         }
@@ -91,8 +108,22 @@ mod tests {
     }
 
     #[test]
+    fn a_wish_beyond_the_actuators_is_no_intervention() {
+        let mut tally = tally();
+        let clipped = SafeCommand {
+            nominal: [7.0, -9.0],
+            control: [2.0, -2.0],
+            ..command(SafetyStatus::Filtered, 0.0)
+        };
+        tally.note(&clipped, 0);
+        assert_eq!(tally.interventions, 0);
+        tally.note(&SafeCommand { control: [2.0, -1.9], ..clipped }, 1);
+        assert_eq!(tally.interventions, 1);
+    }
+
+    #[test]
     fn braking_is_neither_slack_nor_intervention() {
-        let mut tally = Tally::new();
+        let mut tally = tally();
         tally.note(&command(SafetyStatus::Braking, 1.0), 0);
         assert_eq!((tally.braking_cycles, tally.interventions, tally.min_hard_margin()), (1, 0, None));
         tally.note(&command(SafetyStatus::Relaxed, 0.0), 1);
