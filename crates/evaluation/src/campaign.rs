@@ -73,7 +73,7 @@ pub enum CampaignError {
         /// Which.
         key: Box<Key>,
         /// Why.
-        source: RunError,
+        source: Box<RunError>,
     },
     /// A row could not be kept.
     #[error(transparent)]
@@ -148,8 +148,9 @@ impl Campaign {
                 if stop() {
                     return Ok(true);
                 }
-                let row = run(scenario, variant, &self.build_hash, &stop)
-                    .map_err(|source| CampaignError::Run { key: Box::new(key(scenario, variant)), source })?;
+                let row = run(scenario, variant, &self.build_hash, &stop).map_err(|source| {
+                    CampaignError::Run { key: Box::new(key(scenario, variant)), source: Box::new(source) }
+                })?;
                 let Some(row) = row else { return Ok(true) };
                 let mut shared = shared.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                 let (store, progress, thread_s) = &mut *shared;

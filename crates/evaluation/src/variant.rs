@@ -154,26 +154,22 @@ impl Variant {
     /// [`VariantError`] if there is no such method or its settings are unusable.
     pub fn named(robot: Robot, name: &str, sets: &[String]) -> Result<Self, VariantError> {
         let [published, onboard] = robot.settings();
-        let (name, text, origin, mind) = match name.split_once('=') {
-            Some((name, file)) => {
-                let path = Path::new(file);
-                let text = std::fs::read_to_string(path)
-                    .map_err(|source| SettingsError::Read { path: path.to_owned(), source })?;
-                (name, text, path.to_owned(), Mind::Filter)
-            }
-            None => {
-                let built_in = PathBuf::from("built-in settings");
-                let (text, mind) = match name {
-                    "cn_cbf" => (published, Mind::Filter),
-                    "cn_cbf_onboard" => (onboard, Mind::Filter),
-                    "no_filter" => (published, Mind::Nobody),
-                    _ => match Baseline::named(robot, name) {
-                        Some(baseline) => (published, Mind::Baseline(baseline)),
-                        None => return Err(Self::unknown(robot, name)),
-                    },
-                };
-                (name, text.to_owned(), built_in, mind)
-            }
+        let (name, text, origin, mind) = if let Some((name, file)) = name.split_once('=') {
+            let path = Path::new(file);
+            let text = std::fs::read_to_string(path)
+                .map_err(|source| SettingsError::Read { path: path.to_owned(), source })?;
+            (name, text, path.to_owned(), Mind::Filter)
+        } else {
+            let (text, mind) = match name {
+                "cn_cbf" => (published, Mind::Filter),
+                "cn_cbf_onboard" => (onboard, Mind::Filter),
+                "no_filter" => (published, Mind::Nobody),
+                _ => match Baseline::named(robot, name) {
+                    Some(baseline) => (published, Mind::Baseline(baseline)),
+                    None => return Err(Self::unknown(robot, name)),
+                },
+            };
+            (name, text.to_owned(), PathBuf::from("built-in settings"), mind)
         };
         let sets: Vec<&str> = WORLD.iter().copied().chain(sets.iter().map(String::as_str)).collect();
         let folder = origin.parent().unwrap_or(Path::new("."));

@@ -75,7 +75,7 @@ pub fn density_svg(figure: &DensityFigure) -> Result<String, PlotError> {
             .y_label_formatter(&|value| trimmed(*value))
             .draw()
             .map_err(failed)?;
-        for (index, series) in figure.series.iter().enumerate() {
+        for (index, (y, series)) in (90..).step_by(44).zip(&figure.series).enumerate() {
             let role = ROLES[index % ROLES.len()];
             let shift = SPREAD * ((index as f64 + 0.5) / figure.series.len() as f64 - 0.5);
             let values = series.values.iter().enumerate();
@@ -87,7 +87,6 @@ pub fn density_svg(figure: &DensityFigure) -> Result<String, PlotError> {
                 let mark = Circle::new((place, value), 8, role.color().filled());
                 chart.draw_series([mark]).map_err(failed)?;
             }
-            let y = 90 + 44 * index as i32;
             right.draw(&Circle::new((14, y), 8, role.color().filled())).map_err(failed)?;
             let name = ("sans-serif", FONT).into_font().color(&Role::Ink.color());
             right.draw(&Text::new(series.name.clone(), (34, y - 13), name)).map_err(failed)?;
