@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use messages::{Goal, NominalCommand, Obstacles, ProcessId, RobotState, Stamp};
-use node_runtime::{Clock, Domain, Node, Publisher, RealClock, Shutdown, Subscriber};
+use node_runtime::{Clock, Domain, Node, Publisher, RealClock, Shutdown, Subscriber, Waker};
 use settings::Settings;
 
 use crate::candidate::Candidate;
@@ -42,6 +42,8 @@ pub(crate) struct Bench {
     goals: Publisher<Goal>,
     obstacles: Publisher<Obstacles>,
     commands: Subscriber<NominalCommand>,
+    /// A candidate that is driven by robot states sleeps until it is woken, as the bridge does.
+    candidate: Waker,
     node: Node,
     robot: Robot,
     shutdown: Shutdown,
@@ -67,6 +69,7 @@ impl Bench {
             goals: node.publisher()?,
             obstacles: node.publisher()?,
             commands: node.subscriber_all()?,
+            candidate: node.waker(ProcessId::Nominal)?,
             node,
             robot: Robot::new(settings)?,
             shutdown,
@@ -187,7 +190,10 @@ impl Bench {
         let [x, y] = state.position_in_odom_m;
         state.position_in_odom_m = [x + off_m[0], y + off_m[1]];
         match self.states.send(&state) {
-            Ok(()) => self.seen.sent.push(state),
+            Ok(()) => {
+                self.candidate.wake();
+                self.seen.sent.push(state);
+            }
             Err(error) => tracing::warn!(%error, "a robot state did not leave the bench"),
         }
     }
