@@ -33,5 +33,5 @@ pub use recorded::{
     IntakeReport, McapSource, PlaybackCounts, RecordedCrowd, RecordedCrowdError, SourceError,
     scenarios_of_recording,
 };
-pub use simulated_crowd::{SimulatedCrowd, SimulationError, simulated_plant, simulated_scenario};
+pub use simulated_crowd::{SimulatedCrowd, SimulationError, simulated_scenario};
 pub use source::{BridgeEvent, OpenSourceError, Source, SourceChoice, open_source};

@@ -9,7 +9,6 @@ use crowd_sim::{
     CrowdKind, GenerateError, PlantSettings, Rectangle, RobotStart, Scenario, ScenarioFileError,
     ScenarioRequest, World, WorldError, read_scenario,
 };
-use dynamics::InputBox;
 use messages::{Detections, Goal, RobotState, SafeCommand, SourceKind, SourceStatus, Stamp};
 use settings::{RobotKind, Settings};
 
@@ -96,7 +95,7 @@ impl SimulatedCrowd {
         let latency_ms = simulation.sensing.as_ref().map_or(0, |sensing| sensing.latency_ms);
         let most_on_their_way = (latency_ms / simulation.detections_period_ms) as usize + 2;
         Ok(Self {
-            world: World::new(scenario, simulated_plant(settings))?,
+            world: World::new(scenario, PlantSettings::of(settings))?,
             sink: CommandSink::obeying(settings, whom),
             kind: settings.robot.kind,
             goal: [x, y, scenario.goal_heading_rad],
@@ -286,24 +285,4 @@ pub fn simulated_scenario(settings: &Settings) -> Result<Scenario, SimulationErr
     }
     .generate()?;
     Ok(Scenario { goal_heading_rad, ..drawn })
-}
-
-/// The simulated robot of `settings`: the actuators reach zero even where the filter's controls do not, since a brake must work.
-pub fn simulated_plant(settings: &Settings) -> PlantSettings {
-    let robot = &settings.robot;
-    let limit = settings.simulation.acceleration_limit;
-    let actuators = settings.simulation.actuators.as_ref();
-    PlantSettings {
-        actuator_limits: InputBox {
-            min: robot.control_min.map(|lowest| lowest.min(0.0)),
-            max: robot.control_max.map(|highest| highest.max(0.0)),
-        },
-        delay_s: actuators.map_or(0.0, |actuators| actuators.delay_ms * 1e-3),
-        lag_s: actuators.map_or(0.0, |actuators| actuators.lag_ms * 1e-3),
-        input_rate_limit_per_s: (limit > 0.0).then_some([limit; 2]),
-        ..match robot.kind {
-            RobotKind::Unicycle => PlantSettings::ground_robot(),
-            RobotKind::DoubleIntegrator => PlantSettings::quadrotor(),
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! The robot of the bench: alone in an open field, it does what the candidate says.
 
-use crowd_sim::{Plant, PlantError, RobotStart};
+use crowd_sim::{Plant, PlantError, PlantSettings, RobotStart};
 use messages::{ControlKind, Intent, NominalCommand, RobotState, Stamp};
 use settings::{RobotKind, Settings};
 
@@ -17,7 +17,7 @@ impl Robot {
     pub(crate) fn new(settings: &Settings) -> Result<Self, PlantError> {
         let start = RobotStart { position_m: [0.0; 2], heading_rad: 0.0 };
         Ok(Self {
-            plant: Plant::new(perception_bridge::simulated_plant(settings), start)?,
+            plant: Plant::new(PlantSettings::of(settings), start)?,
             kind: kind(settings),
             deceleration_mps2: settings.robot.brake_deceleration_mps2,
             silence_ns: settings.filter.nominal_max_silence_ms * 1_000_000,

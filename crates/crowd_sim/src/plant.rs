@@ -5,6 +5,7 @@
 
 use dynamics::{InputBox, wrap_angle};
 use serde::{Deserialize, Serialize};
+use settings::{RobotKind, Settings};
 
 use crate::delay::DelayLine;
 use crate::scenario::RobotStart;
@@ -64,6 +65,27 @@ impl PlantSettings {
             lag_s: 0.0,
             input_rate_limit_per_s: None,
             axis_speed_limit_mps: Some(2.0),
+        }
+    }
+
+    /// The simulated robot of `settings`: the actuators reach zero even where the filter's controls do not, since a brake must
+    /// work.
+    pub fn of(settings: &Settings) -> Self {
+        let robot = &settings.robot;
+        let limit = settings.simulation.acceleration_limit;
+        let actuators = settings.simulation.actuators.as_ref();
+        Self {
+            actuator_limits: InputBox {
+                min: robot.control_min.map(|lowest| lowest.min(0.0)),
+                max: robot.control_max.map(|highest| highest.max(0.0)),
+            },
+            delay_s: actuators.map_or(0.0, |actuators| actuators.delay_ms * 1e-3),
+            lag_s: actuators.map_or(0.0, |actuators| actuators.lag_ms * 1e-3),
+            input_rate_limit_per_s: (limit > 0.0).then_some([limit; 2]),
+            ..match robot.kind {
+                RobotKind::Unicycle => Self::ground_robot(),
+                RobotKind::DoubleIntegrator => Self::quadrotor(),
+            }
         }
     }
 }

@@ -1,12 +1,11 @@
 //! The robot of a closed loop: starts where the recorded one did, obeys the safe commands.
 
 use bytemuck::Zeroable;
-use crowd_sim::{Plant, PlantError, RobotStart};
+use crowd_sim::{Plant, PlantError, PlantSettings, RobotStart};
 use messages::{RobotState, SafeCommand};
 use settings::{RobotKind, Settings};
 
 use crate::command_sink::{CommandSink, SinkState};
-use crate::simulated_crowd::simulated_plant;
 
 const NS_PER_MS: u64 = 1_000_000;
 const S_PER_NS: f64 = 1e-9;
@@ -34,7 +33,7 @@ impl SimulatedRobot {
     pub(super) fn new(settings: &Settings, first: &RobotState) -> Result<Self, PlantError> {
         let start = RobotStart { position_m: first.position_in_odom_m, heading_rad: first.heading_rad };
         Ok(Self {
-            plant: Plant::new(simulated_plant(settings), start)?,
+            plant: Plant::new(PlantSettings::of(settings), start)?,
             sink: CommandSink::new(settings),
             kind: settings.robot.kind,
             step_ns: settings.simulation.step_ms * NS_PER_MS,

@@ -113,9 +113,9 @@ pub(super) fn goal_change(seen: &Observations) -> Check {
     let told: Vec<_> = seen
         .turns
         .iter()
-        .map(|turn| match turn.succeeded {
-            true => format!("turned after {:.1} s", turn.took_s),
-            false => format!("did not turn within {:.1} s", turn.took_s),
+        .map(|turn| {
+            let what = if turn.succeeded { "turned after" } else { "did not turn within" };
+            format!("{what} {:.1} s", turn.took_s)
         })
         .collect();
     Check::of(
