@@ -119,6 +119,20 @@ impl Frames {
         Err(Reason::NoTransform)
     }
 
+    /// Whether `child` moves in `frame`: whether that one lies above it, with a transform between them that is not static.
+    pub fn moves_in(&self, child: &str, frame: &str) -> bool {
+        let (mut at, mut moves) = (plain(child), false);
+        for _ in 0..MAX_CHAIN {
+            let Some(edge) = self.edges.get(at) else { return false };
+            moves |= !edge.is_static;
+            at = &edge.parent;
+            if at == plain(frame) {
+                return moves;
+            }
+        }
+        false
+    }
+
     /// Every frame from `frame` up to its root.
     fn chain<'a>(&'a self, frame: &'a str, time_ns: u64) -> Result<Vec<Ancestor<'a>>, Reason> {
         let mut chain = vec![(frame, Some(Isometry3::identity()))];
@@ -190,6 +204,17 @@ mod tests {
     fn place(frames: &Frames, target: &str, source: &str, time_ns: u64) -> Result<[f64; 2], Reason> {
         let found = frames.lookup(target, source, time_ns)?;
         Ok([found.translation.x, found.translation.y])
+    }
+
+    #[test]
+    fn a_frame_moves_in_those_above_it_beyond_a_transform_that_moves() {
+        let frames = tree();
+        assert!(frames.moves_in("base_link", "odom") && frames.moves_in("laser", "/map"));
+        for (child, frame) in
+            [("laser", "base_link"), ("base_link", "base_link"), ("odom", "map"), ("base_link", "radar")]
+        {
+            assert!(!frames.moves_in(child, frame), "{child} in {frame}");
+        }
     }
 
     #[test]

@@ -35,6 +35,9 @@ enum Stream {
     Goals,
 }
 
+/// A path as it was sent: the name of its frame, its points.
+type Sent = (String, Vec<[f64; 2]>);
+
 /// What has been taken in so far.
 pub(super) struct Intake {
     odom_frame: String,
@@ -52,8 +55,12 @@ pub(super) struct Intake {
     robot: Option<RobotState>,
     /// Where the robot was last seen, m.
     robot_m: [f64; 2],
-    /// The path that is followed, with its points as they were sent.
-    route: Option<(Route, Vec<[f64; 2]>)>,
+    /// The frame whose motion odometry tells.
+    robot_frame: String,
+    /// The path that is followed, as it was sent.
+    route: Option<(Route, Sent)>,
+    /// Whether the robot shall stay where it is as soon as that is known: there is no path any more.
+    halts: bool,
     lookahead_m: f64,
     upstream_silence_ns: u64,
     /// The slowest that the filter can let the robot drive, m/s.
@@ -79,7 +86,9 @@ impl Intake {
             sequences: [0; 4],
             robot: None,
             robot_m: [0.0; 2],
+            robot_frame: String::new(),
             route: None,
+            halts: false,
             lookahead_m: ros2.lookahead_m(),
             slowest_mps: settings.robot.control_min[0],
             upstream_silence_ns: settings.filter.nominal_max_silence_ms * NS_PER_MS,
@@ -177,6 +186,9 @@ impl Intake {
             self.frames.lookup(&self.odom_frame, &message.header.frame_id, measured.valid_at_ns)?;
         let state = decode::odometry(message, &odom_from_frame)?;
         let state = RobotState { stamp: self.stamp(Stream::RobotStates, measured, arrival), ..state };
+        if self.robot_frame != message.child_frame_id {
+            self.robot_frame.clone_from(&message.child_frame_id);
+        }
         self.robot_m = state.position_in_odom_m;
         self.robot = Some(state);
         Ok(BridgeEvent::RobotState(state))
@@ -246,7 +258,7 @@ impl Intake {
         let odom_from_frame =
             self.frames.lookup(&self.odom_frame, &message.header.frame_id, arrival.stack_ns)?;
         let goal = decode::goal(message, &odom_from_frame)?;
-        self.route = None;
+        (self.route, self.halts) = (None, false);
         let place = Waypoint { position_m: goal.position_in_odom_m, heading_rad: goal.heading_rad };
         Ok(self.goal_event(place, message.header.stamp.to_ns(), arrival))
     }
@@ -258,7 +270,10 @@ impl Intake {
     /// Why it is refused; what was followed before is then followed on.
     pub(super) fn path(&mut self, message: &Path, arrival: Arrival) -> Result<Option<BridgeEvent>, Reason> {
         let places = message.poses.iter().map(|pose| &pose.pose.position);
-        let as_sent: Vec<_> = places.clone().map(|place| [place.x, place.y]).collect();
+        let as_sent = (
+            message.header.frame_id.clone(),
+            places.clone().map(|place| [place.x, place.y]).collect::<Vec<_>>(),
+        );
         if self.route.as_ref().is_some_and(|(_, before)| *before == as_sent) {
             return Ok(None);
         }
@@ -273,16 +288,17 @@ impl Intake {
             .last()
             .and_then(|last| Some(decode::goal(last, &odom_from_frame).ok()?.heading_rad));
         self.route = Route::through(&points_m, last_heading_rad).map(|route| (route, as_sent));
-        let halt = self.robot.filter(|_| self.route.is_none()).map(|robot| {
-            let RobotState { position_in_odom_m: position_m, heading_rad, .. } = robot;
-            self.goal_event(Waypoint { position_m, heading_rad }, message.header.stamp.to_ns(), arrival)
-        });
-        Ok(halt.or_else(|| self.next_waypoint(arrival)))
+        self.halts = self.route.is_none();
+        Ok(self.next_waypoint(arrival))
     }
 
-    /// Where the path leads from the newest robot state, if that has changed.
+    /// Where the path leads from the newest robot state, if that has changed; where the robot is, once there is no path any more.
     pub(super) fn next_waypoint(&mut self, arrival: Arrival) -> Option<BridgeEvent> {
         let robot = self.robot?;
+        if std::mem::take(&mut self.halts) {
+            let RobotState { position_in_odom_m: position_m, heading_rad, .. } = robot;
+            return Some(self.goal_event(Waypoint { position_m, heading_rad }, None, arrival));
+        }
         let (route, _) = self.route.as_mut()?;
         let place = route.follow(robot.position_in_odom_m, robot.heading_rad, self.lookahead_m)?;
         Some(self.goal_event(place, None, arrival))
@@ -296,13 +312,14 @@ impl Intake {
         BridgeEvent::Goal(Goal { stamp, position_in_odom_m: position_m, heading_rad })
     }
 
-    /// Takes in what the robot's own controller commands. Sideways speed is left out: this robot cannot. Where the robot can only
-    /// drive forwards, slower than its slowest means to stop: the filter would make it faster than anybody asked.
+    /// Takes in what the robot's own controller commands. Sideways speed is left out: this robot cannot. Nothing but zeros means to
+    /// stop, whatever the robot could do to get out of somebody's way. Where the robot can only drive forwards, slower than its
+    /// slowest means that, too: the filter would make it faster than anybody asked.
     ///
     /// # Errors
-    /// Why it is refused: [`Reason::NoRobotState`] while there is nothing that it could answer,
-    /// [`Reason::NonFiniteNominalCommand`], [`Reason::StaleNominalCommand`] if its stamp is older than the filter lets a
-    /// nominal controller be silent.
+    /// Why it is refused: [`Reason::NoRobotState`] while there is nothing that it could answer, [`Reason::NoTransform`] if it is
+    /// meant in a frame in which the robot moves, [`Reason::NonFiniteNominalCommand`], [`Reason::StaleNominalCommand`] if its
+    /// stamp is older than the filter lets a nominal controller be silent.
     pub(super) fn upstream(
         &mut self,
         twist: &Twist,
@@ -316,11 +333,15 @@ impl Intake {
             return Err(Reason::StaleNominalCommand);
         }
         let robot = self.robot.ok_or(Reason::NoRobotState)?;
+        if header.is_some_and(|header| self.is_outside(&header.frame_id)) {
+            return Err(Reason::NoTransform);
+        }
         let control = [twist.linear.x, twist.angular.z];
         if !control.iter().all(|value| value.is_finite()) {
             return Err(Reason::NonFiniteNominalCommand);
         }
-        let is_halt = self.slowest_mps > 0.0 && twist.linear.x < self.slowest_mps;
+        let is_too_slow = self.slowest_mps > 0.0 && twist.linear.x < self.slowest_mps;
+        let is_halt = is_too_slow || control == [0.0; 2];
         let intent = if is_halt { Intent::Stop } else { Intent::Drive };
         let answered = Measured { valid_at_ns: robot.stamp.valid_at_ns, source_ns: robot.stamp.source_ns };
         let stamp = self.stamp(Stream::Upstream, answered, arrival);
@@ -333,6 +354,11 @@ impl Intake {
             controller: Controller::Upstream.code(),
             ..NominalCommand::zeroed()
         }))
+    }
+
+    /// Whether a velocity in `frame` is not one in the robot's axes, as far as is known. An empty name means them.
+    fn is_outside(&self, frame: &str) -> bool {
+        plain(frame) == plain(&self.odom_frame) || self.frames.moves_in(&self.robot_frame, frame)
     }
 
     /// Refuses what is older than its predecessor.

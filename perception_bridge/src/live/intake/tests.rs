@@ -259,6 +259,49 @@ fn an_upstream_command_answers_the_newest_robot_state() {
     assert_eq!(refused, Some(Reason::NonFiniteNominalCommand));
 }
 
+#[test]
+fn zeros_mean_to_stop_for_every_robot() {
+    let text = include_str!("../../../../config/ground_robot.toml");
+    let settings = Settings::parse(text, Path::new("shipped"), Path::new("."));
+    let mut settings = settings.expect("shipped settings");
+    settings.robot.control_min[0] = -0.5;
+    let mut intake = Intake::new(&settings);
+    intake.odometry(&odometry(S, 2.0), at(S)).expect("sound");
+    let mut intent = |speed_mps: f64, yaw_rate_radps: f64| {
+        let mut twist = Twist::default();
+        (twist.linear.x, twist.angular.z) = (speed_mps, yaw_rate_radps);
+        match intake.upstream(&twist, None, at(S)) {
+            Ok(BridgeEvent::NominalCommand(command)) => command.intent,
+            other => panic!("no command but {other:?}"),
+        }
+    };
+    assert_eq!((intent(0.0, 0.0), intent(-0.0, 0.0)), (Intent::Stop.code(), Intent::Stop.code()));
+    for (speed_mps, yaw_rate_radps) in [(0.0, 0.3), (-0.2, 0.0), (0.1, 0.0)] {
+        assert_eq!(intent(speed_mps, yaw_rate_radps), Intent::Drive.code());
+    }
+}
+
+#[test]
+fn a_velocity_in_a_frame_in_which_the_robot_moves_is_refused() {
+    let mut intake = intake();
+    intake.transforms(&transform("base_link", "plate", 0, 0.1), true, at(S)).expect("static");
+    intake.transforms(&transform("map", "odom", S, 0.0), false, at(S)).expect("sound");
+    intake.odometry(&odometry(S, 2.0), at(S)).expect("sound");
+    let twist = Twist { linear: Vector3 { x: 0.5, ..Vector3::default() }, ..Twist::default() };
+    let mut refusal = |frame: &str| intake.upstream(&twist, Some(&header(frame, S)), at(S)).err();
+    for inside in ["", "base_link", "/base_link", "plate", "never_heard_of"] {
+        assert_eq!(refusal(inside), None, "{inside}");
+    }
+    for outside in ["odom", "/odom", "map"] {
+        assert_eq!(refusal(outside), Some(Reason::NoTransform), "{outside}");
+    }
+    // Nor where odometry does not name the robot's frame.
+    let mut intake = self::intake();
+    let nameless = Odometry { child_frame_id: String::new(), ..odometry(S, 2.0) };
+    intake.odometry(&nameless, at(S)).expect("sound");
+    assert!(intake.upstream(&twist, Some(&header("odom", S)), at(S)).is_err());
+}
+
 fn path(places: &[[f64; 2]]) -> recording::ros2::Path {
     let poses = places.iter().map(|[x, y]| {
         let mut pose = PoseStamped::default();
@@ -300,6 +343,28 @@ fn whichever_of_goal_and_path_spoke_last_rules() {
     let halt = intake.path(&path(&[]), at(2 * S)).expect("sound");
     assert_eq!(place(halt), Some([3.0, 0.0]));
     assert_eq!(intake.next_waypoint(at(2 * S)), None);
+    // The same figures in another frame are another path.
+    intake.transforms(&transform("map", "odom", 2 * S, 5.0), false, at(2 * S)).expect("sound");
+    let resumed = intake.path(&straight, at(2 * S)).expect("sound");
+    assert_eq!(place(resumed), Some([4.5, 0.0]));
+    let mut elsewhere = straight;
+    elsewhere.header.frame_id = "map".to_owned();
+    assert_eq!(place(intake.path(&elsewhere, at(2 * S)).expect("sound")), Some([4.5, 0.0]));
+    assert_eq!(place(intake.path(&path(&[]), at(2 * S)).expect("sound")), Some([3.0, 0.0]));
+}
+
+#[test]
+fn a_path_that_is_taken_back_while_nobody_knows_where_the_robot_is_halts_it_later() {
+    let mut intake = intake_with(|ros2| ros2.use_sim_time = Some(true));
+    assert_eq!(intake.clock(&clock(5 * S), at(50 * S)), Ok(()));
+    intake.odometry(&simulated(5 * S, 1.0), at(50 * S)).expect("sound");
+    let led = intake.path(&path(&[[0.0, 0.0], [10.0, 0.0]]), at(50 * S)).expect("sound");
+    assert_eq!(place(led), Some([2.5, 0.0]));
+    assert_eq!(intake.clock(&clock(S), at(50 * S + MS)), Err(Reason::ClockJump));
+    assert_eq!(intake.path(&path(&[]), at(50 * S + MS)), Ok(None), "where is the robot?");
+    intake.odometry(&simulated(S, 1.2), at(50 * S + MS)).expect("sound");
+    assert_eq!(place(intake.next_waypoint(at(50 * S + MS))), Some([1.2, 0.0]));
+    assert_eq!(intake.next_waypoint(at(50 * S + MS)), None);
 }
 
 #[test]
