@@ -65,7 +65,7 @@ pub struct RosSource {
     /// None until the source is told whom it serves.
     speaker: Option<Speaker>,
     /// Last but the graph: it takes up to a tenth of a second to end.
-    _reader: Reader,
+    reader: Reader,
     graph: Graph,
     /// As the graph needs them.
     settings: Settings,
@@ -79,6 +79,8 @@ pub struct RosSource {
     commanded: (u64, [f64; 2]),
     /// Whether the robot's own controller commands what the filter filters.
     heeds_upstream: bool,
+    /// Age at which the filter would brake for want of its commands, ns.
+    upstream_silence_ns: u64,
     goal_tolerance_m: f64,
     goal: Option<Goal>,
     goal_reached: bool,
@@ -118,7 +120,7 @@ impl RosSource {
             counters,
             waker,
             commander,
-            _reader: reader,
+            reader,
             graph,
             speaker: None,
             settings: settings.clone(),
@@ -129,6 +131,7 @@ impl RosSource {
             next_command_ns: 0,
             commanded: (0, [0.0; 2]),
             heeds_upstream: ros2.nominal_topic.is_some(),
+            upstream_silence_ns: settings.filter.nominal_max_silence_ms * NS_PER_MS,
             goal_tolerance_m: settings.nominal.goal_tolerance_m,
             goal: None,
             goal_reached: false,
@@ -215,9 +218,18 @@ impl Source for RosSource {
             self.drive(now_ns);
         }
         // Nothing there, or nobody left to put something there: the ladder brakes for want of robot states.
-        let event = self.events.try_recv().ok()?;
+        let mut event = self.events.try_recv().ok()?;
+        // The filter takes a nominal command for as old as its handing over. What waited while this process slept is older.
+        while is_overdue(&event, now_ns, self.upstream_silence_ns) {
+            self.counters.count_refused();
+            event = self.events.try_recv().ok()?;
+        }
         self.note(&event);
         Some(event)
+    }
+
+    fn has_failed(&self) -> bool {
+        self.reader.has_ended() || self.commander.as_ref().is_some_and(Commander::has_ended)
     }
 
     fn command(&mut self, command: &SafeCommand, now_ns: u64) {
@@ -244,5 +256,29 @@ impl Source for RosSource {
 
     fn sink_state(&self) -> Option<SinkState> {
         self.commander.is_some().then(|| self.sink.state())
+    }
+}
+
+/// Whether this is a nominal command that arrived longer than `limit_ns` ago.
+const fn is_overdue(event: &BridgeEvent, now_ns: u64, limit_ns: u64) -> bool {
+    match event {
+        BridgeEvent::NominalCommand(command) => now_ns.saturating_sub(command.received_ns) > limit_ns,
+        BridgeEvent::RobotState(_) | BridgeEvent::Detections(_) | BridgeEvent::Goal(_) => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+    use messages::NominalCommand;
+
+    #[test]
+    fn a_nominal_command_that_waited_too_long_is_overdue_and_a_goal_never_is() {
+        let command = NominalCommand { received_ns: 100, ..NominalCommand::zeroed() };
+        let command = BridgeEvent::NominalCommand(command);
+        assert!(!is_overdue(&command, 90, 80) && !is_overdue(&command, 180, 80));
+        assert!(is_overdue(&command, 181, 80));
+        assert!(!is_overdue(&BridgeEvent::Goal(Goal::zeroed()), 1_000, 80));
     }
 }

@@ -1,7 +1,8 @@
 //! Obstacles drawn as shapes for a viewer: what has been drawn so far and still holds.
 //!
 //! Cylinders, spheres and cubes are obstacles; arrows, lines, texts and meshes are not. A shape stays until it is drawn anew,
-//! deleted, or its lifetime is over, as in a viewer; it stays where it was in `odom`, also if its frame moves on.
+//! deleted, or its lifetime is over, as in a viewer; it stays where it was in `odom`, also if its frame moves on. Meshes and lists
+//! of shapes might be people: they are counted as refused, so that somebody hears of it.
 
 use std::collections::BTreeMap;
 
@@ -34,6 +35,12 @@ impl Markers {
         marker.action == Marker::ADD && is_solid
     }
 
+    /// Whether a marker may be somebody drawn in a way that is not read: lists of shapes and of points, meshes.
+    fn may_hide(marker: &Marker) -> bool {
+        (Marker::CUBE_LIST..=Marker::POINTS).contains(&marker.r#type)
+            || (Marker::MESH_RESOURCE..=Marker::TRIANGLE_LIST).contains(&marker.r#type)
+    }
+
     /// Takes in what is drawn and deleted, in order. Returns how many shapes were refused.
     ///
     /// # Errors
@@ -64,6 +71,8 @@ impl Markers {
                     }
                     Ok(_) | Err(_) => refused += 1,
                 }
+            } else if marker.action == Marker::ADD && Self::may_hide(marker) {
+                refused += 1;
             }
         }
         Ok(refused)
@@ -114,7 +123,7 @@ mod tests {
     fn solids_are_obstacles_and_all_else_is_decoration() {
         let mut markers = Markers::default();
         let kinds = [Marker::CUBE, Marker::SPHERE, Marker::CYLINDER, Marker::ARROW, 4, 9, 10];
-        let shapes = kinds.iter().enumerate().map(|(at, kind)| shape("a", at as i32, *kind, at as f64));
+        let shapes = (0..).zip(kinds).map(|(at, kind)| shape("a", at, kind, f64::from(at)));
         assert_eq!(take(&mut markers, shapes.collect(), S), Ok(vec![0.0, 1.0, 2.0]));
         let found: Vec<_> = markers.alive(S).collect();
         assert_eq!(found[0].radius_m, 0.3, "half of the longer edge");
@@ -145,13 +154,19 @@ mod tests {
     #[test]
     fn ever_new_and_unsound_shapes_are_refused_and_counted() {
         let mut markers = Markers::default();
-        let shapes = (0..MOST_SHAPES as i32 + 3).map(|id| shape("", id, Marker::CUBE, 0.0)).collect();
+        let shapes = (0..).take(MOST_SHAPES + 3).map(|id| shape("", id, Marker::CUBE, 0.0)).collect();
         let refused = |markers: &mut Markers, shapes| {
             let mut place = |_: &_| Ok(Isometry3::identity());
             markers.take(&MarkerArray { markers: shapes }, &mut place, RULE, S)
         };
         assert_eq!(refused(&mut markers, shapes), Ok(3));
         assert_eq!(refused(&mut markers, vec![shape("", 0, Marker::CUBE, f64::NAN)]), Ok(1));
+        let kinds = [Marker::ARROW, 4, 5, 6, 7, 8, 9, 10, 11].map(|kind| shape("", 0, kind, 0.0));
+        assert_eq!(
+            refused(&mut markers, kinds.to_vec()),
+            Ok(5),
+            "lists of shapes, and meshes, may be somebody"
+        );
         let nowhere = markers.take(
             &MarkerArray { markers: vec![shape("", 1, 1, 0.0)] },
             &mut |_| Err(Reason::NoTransform),

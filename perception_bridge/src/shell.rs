@@ -30,7 +30,8 @@ pub use crate::source::SourceChoice;
 /// source has somebody to show it to.
 ///
 /// # Errors
-/// If the source cannot be opened or a port not be opened; never once the loop runs.
+/// If the source cannot be opened or a port not be opened; once the loop runs, only if the source has failed for good: whoever
+/// started the bridge then starts it anew.
 pub fn run(
     settings: &Settings,
     instance: &str,
@@ -48,6 +49,10 @@ pub fn run(
     let pacing = Pacing::event(RealClock.now_ns(), LONGEST_WAIT);
     let realtime = settings.realtime.as_ref().and_then(|realtime| realtime.bridge.as_ref());
     ProcessLoop::new(&node)?.run(&mut process, pacing, Some(wake_up), realtime, &shutdown);
+    anyhow::ensure!(
+        !process.is_over(),
+        "a thread that hears or commands the robot has ended; its last words stand above"
+    );
     Ok(())
 }
 
@@ -176,5 +181,9 @@ impl Work for BridgeProcess {
 
     fn next_due_ns(&self) -> Option<u64> {
         self.source.next_due_ns()
+    }
+
+    fn is_over(&self) -> bool {
+        self.source.has_failed()
     }
 }

@@ -106,6 +106,11 @@ pub trait Source {
     /// How far the source has come, and what it knows of the truth.
     fn status(&self, now_ns: u64) -> SourceStatus;
 
+    /// Whether it has lost what it hears or commands with, and only a new one can help. Asked in every cycle.
+    fn has_failed(&self) -> bool {
+        false
+    }
+
     /// What the command sink of the robot does; `None` for a source whose robot takes no commands.
     fn sink_state(&self) -> Option<SinkState>;
 }

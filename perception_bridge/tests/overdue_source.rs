@@ -1,12 +1,13 @@
-//! A source that is never done does not keep the bridge from anything else.
+//! A source that is never done does not keep the bridge from anything else, and one that has failed ends it.
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use std::cell::Cell;
 use std::rc::Rc;
+use std::time::Duration;
 
 use bytemuck::Zeroable;
 use messages::{ProcessId, RobotState, SafeCommand, SourceStatus};
-use node_runtime::{Clock, Node, ProcessLoop, RealClock, ScopedDomain, Tick};
+use node_runtime::{Clock, Node, Pacing, ProcessLoop, RealClock, ScopedDomain, Shutdown, Tick};
 use perception_bridge::shell::BridgeProcess;
 use perception_bridge::{BridgeEvent, SinkState, Source};
 
@@ -37,6 +38,10 @@ impl Source for Overdue {
         SourceStatus::zeroed()
     }
 
+    fn has_failed(&self) -> bool {
+        self.given.get() >= BACKLOG
+    }
+
     fn sink_state(&self) -> Option<SinkState> {
         None
     }
@@ -58,4 +63,24 @@ fn a_command_is_taken_though_the_source_has_more_to_give() {
         assert_eq!(commands.get(), cycle);
         assert!(given.get() >= cycle && given.get() < BACKLOG / 100 * cycle, "{}", given.get());
     }
+}
+
+#[test]
+fn a_source_that_has_failed_ends_the_loop() {
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, "failed", ProcessId::Bridge).unwrap();
+    let source = Overdue { given: Rc::new(Cell::new(BACKLOG - 2)), commands: Rc::default() };
+    let mut bridge = BridgeProcess::open(Box::new(source), &node).unwrap();
+    let shutdown = Shutdown::install().unwrap();
+    let longest = Duration::from_secs(1);
+    let pacing = Pacing::event(RealClock.now_ns(), longest);
+    let (patience, gives_up) = (2 * longest, shutdown.clone());
+    let ended = std::thread::spawn(move || {
+        std::thread::park_timeout(patience);
+        gives_up.request();
+    });
+    ProcessLoop::new(&node).unwrap().run(&mut bridge, pacing, None, None, &shutdown);
+    assert!(!shutdown.requested(), "the loop ended by itself");
+    ended.thread().unpark();
+    ended.join().unwrap();
 }

@@ -123,7 +123,9 @@ fn round_trip(domain_id: u32, profile: &QosProfile, options: &[&str]) {
     let mut pipe = judge.stdout.take().unwrap();
     let said = std::thread::spawn(move || std::io::read_to_string(&mut pipe).unwrap());
     while !said.is_finished() {
-        ports.iter_mut().for_each(|port| port.turn(&mut seen));
+        for port in &mut ports {
+            port.turn(&mut seen);
+        }
         std::thread::sleep(LOOK);
     }
     assert!(judge.wait().unwrap().success());

@@ -21,6 +21,11 @@ pub trait Work {
     fn next_due_ns(&self) -> Option<u64> {
         None
     }
+
+    /// Whether the work can never be done again, so that the process had better end and be started anew.
+    fn is_over(&self) -> bool {
+        false
+    }
 }
 
 /// Cycles of one process with all that is counted about them. Belongs to the thread that makes it.
@@ -50,7 +55,7 @@ impl ProcessLoop {
     }
 
     /// Asks the kernel for what `realtime` says, then runs cycles as `pacing` and `wake_up` begin them until `shutdown` is
-    /// requested, with whatever was granted.
+    /// requested or the work is over, with whatever was granted.
     pub fn run(
         &mut self,
         work: &mut impl Work,
@@ -71,7 +76,7 @@ impl ProcessLoop {
             pacer = pacer.sharing_processor();
         }
         let mut pauses = 0;
-        while !shutdown.requested() {
+        while !shutdown.requested() && !work.is_over() {
             let tick = match work.next_due_ns() {
                 Some(due_ns) => pacer.wait_until(due_ns.max(begin_ns)),
                 None => pacer.wait(),

@@ -52,6 +52,11 @@ impl Commander {
     pub(super) fn give(&self, control: [f64; 2]) -> bool {
         self.commands.as_ref().is_some_and(|commands| commands.try_send(control).is_ok())
     }
+
+    /// Whether the thread has ended though nobody asked it to.
+    pub(super) fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_some_and(JoinHandle::is_finished)
+    }
 }
 
 impl Drop for Commander {

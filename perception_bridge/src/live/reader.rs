@@ -52,6 +52,13 @@ impl Reader {
     }
 }
 
+impl Reader {
+    /// Whether the thread has ended though nobody asked it to.
+    pub(super) fn has_ended(&self) -> bool {
+        self.thread.as_ref().is_some_and(JoinHandle::is_finished)
+    }
+}
+
 impl Drop for Reader {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
@@ -73,6 +80,7 @@ impl Listening {
     fn run(mut self, stop: &AtomicBool) {
         let mut events = Events::with_capacity(EVENTS);
         let mut told_ns = Arrival::now().stack_ns;
+        let mut told_refused = 0;
         while !stop.load(Ordering::Acquire) {
             // A poll that fails leaves a look at every topic ten times a second.
             if self.poll.poll(&mut events, Some(LONGEST_WAIT)).is_err() {
@@ -84,12 +92,17 @@ impl Listening {
                 told_ns = now_ns;
                 self.inputs.tell(now_ns);
                 self.intake.forget(now_ns);
+                // As with whole messages: the first at once, more whenever their number has doubled.
+                let refused = self.intake.refused_detections();
+                if refused > told_refused && refused >= 2 * told_refused {
+                    told_refused = refused;
+                    tell_refused(refused);
+                }
             }
         }
         self.inputs.tell(Arrival::now().stack_ns);
-        let refused = self.intake.refused_detections();
-        if refused > 0 {
-            tracing::warn!(refused, "single detections refused within frames that were used");
+        if self.intake.refused_detections() > told_refused {
+            tell_refused(self.intake.refused_detections());
         }
     }
 
@@ -99,4 +112,12 @@ impl Listening {
         let counters = hand_over.counters();
         (0..refused).for_each(|_| counters.count_refused());
     }
+}
+
+/// Whom the filter knows nothing of.
+fn tell_refused(refused: u64) {
+    tracing::warn!(
+        refused,
+        "single obstacles refused so far within messages that were used: no position, too many, or a mesh or list of shapes"
+    );
 }

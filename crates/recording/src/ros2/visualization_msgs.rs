@@ -79,6 +79,14 @@ impl Marker {
     pub const CYLINDER: i32 = 3;
     /// Lines between the first and the second point, the third and the fourth, and so on.
     pub const LINE_LIST: i32 = 5;
+    /// `type`: cubes at `points`; spheres at them and the points themselves come next.
+    pub const CUBE_LIST: i32 = 6;
+    /// `type`: the points themselves.
+    pub const POINTS: i32 = 8;
+    /// `type`: a mesh by name.
+    pub const MESH_RESOURCE: i32 = 10;
+    /// `type`: a mesh by its corners.
+    pub const TRIANGLE_LIST: i32 = 11;
     /// Show or change this marker.
     pub const ADD: i32 = 0;
     /// Remove this marker.
