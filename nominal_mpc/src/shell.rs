@@ -14,7 +14,7 @@ use crate::{Inputs, NominalController};
 
 /// Runs the nominal controller of stack `instance` until told to stop.
 ///
-/// While somebody else commands, it waits, and takes over once that one has gone.
+/// While somebody else commands, it waits, and takes over once that one has gone. The log and its health tell so.
 ///
 /// A goal sent before this process started, or restarted, is heard when its sender sends again: senders repeat goals.
 ///
@@ -25,9 +25,13 @@ pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Nominal)?;
     let began_ns = RealClock.now_ns();
-    let Some(mut process) = NominalProcess::open_when_free(settings, &node, &shutdown)? else {
-        return Ok(());
-    };
+    let mut wait = Wait { since_ns: began_ns, health: HealthReporter::new(&node)?, is_said: false };
+    let opened = NominalProcess::open_when_free(settings, &node, || {
+        wait.tell(RealClock.now_ns());
+        shutdown.requested()
+    });
+    drop(wait);
+    let Some(mut process) = opened? else { return Ok(()) };
     let period_ms = settings.nominal.period_ms;
     tracing::info!(controller = %process.controller.controller(), period_ms, "nominal controller runs");
     let period = Duration::from_millis(period_ms);
@@ -46,6 +50,32 @@ pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
 }
 
 const NS_PER_MS: u64 = 1_000_000;
+/// Who waits for longer says so: a change of controllers takes less, ns.
+const UNSAID_WAIT_NS: u64 = 200 * NS_PER_MS;
+
+/// What is told while somebody else commands.
+struct Wait {
+    since_ns: u64,
+    /// Says that the process lives and has had no cycle.
+    health: HealthReporter,
+    is_said: bool,
+}
+
+impl Wait {
+    fn tell(&mut self, now_ns: u64) {
+        if now_ns.saturating_sub(self.since_ns) < UNSAID_WAIT_NS {
+            return;
+        }
+        if !self.is_said {
+            self.is_said = true;
+            tracing::warn!(
+                "waits: another program has the nominal controller's place, and this one takes over when that ends \
+                 (`iox2 node list` names it)"
+            );
+        }
+        self.health.report(now_ns);
+    }
+}
 
 /// The nominal controller with its ports.
 pub struct NominalProcess {
@@ -70,17 +100,18 @@ impl NominalProcess {
         Ok(ears.with(node.publisher().context("nominal commands")?))
     }
 
-    /// The same, but waits for the place while somebody else commands; `None` where `shutdown` is requested first.
+    /// The same, but waits for the place while somebody else commands, and asks `give_up` every few milliseconds whether to go on;
+    /// `None` if not.
     ///
     /// # Errors
     /// As [`Self::open`].
     pub fn open_when_free(
         settings: &Settings,
         node: &Node,
-        shutdown: &Shutdown,
+        give_up: impl FnMut() -> bool,
     ) -> anyhow::Result<Option<Self>> {
         let ears = Ears::open(settings, node)?;
-        let commands = node.publisher_when_free(|| shutdown.requested()).context("nominal commands")?;
+        let commands = node.publisher_when_free(give_up).context("nominal commands")?;
         Ok(commands.map(|commands| ears.with(commands)))
     }
 }

@@ -8,7 +8,7 @@ use std::process::{Child, Command};
 use std::time::Duration;
 
 use common::{goal, state};
-use messages::{Goal, Intent, NominalCommand, ProcessId, RobotState};
+use messages::{Goal, Health, Intent, NominalCommand, ProcessId, RobotState};
 use node_runtime::{Clock, Domain, Node, RealClock, ScopedDomain};
 
 const INSTANCE: &str = "nominal";
@@ -74,6 +74,36 @@ fn commands_flow_while_robot_states_do() {
     )
     .unwrap();
     assert!(running.0.wait().unwrap().success());
+}
+
+#[test]
+fn who_waits_for_the_place_says_so_and_then_takes_it() {
+    let domain = ScopedDomain::new();
+    let node = Node::open_in(&domain, INSTANCE, ProcessId::Launcher).unwrap();
+    let mut reports = node.subscriber_all::<Health>().unwrap();
+    let place = node.publisher::<NominalCommand>().unwrap();
+    let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/ground_robot.toml");
+    let child = Command::new(env!("CARGO_BIN_EXE_nominal_mpc"))
+        .args(["--config", config, "--instance", INSTANCE])
+        .env(Domain::VARIABLE, domain.prefix())
+        .spawn()
+        .unwrap();
+    let running = Running(child);
+    let mut wait_for = |what: &str, is_it: fn(&Health) -> bool| {
+        let give_up_ns = RealClock.now_ns() + 15_000_000_000;
+        let mut found = false;
+        while !found {
+            assert!(RealClock.now_ns() < give_up_ns, "{what}");
+            std::thread::sleep(Duration::from_millis(10));
+            reports.drain(|report| found |= is_it(report));
+        }
+    };
+    wait_for("nobody says that it waits", |report| report.cycles == 0);
+    drop(place);
+    wait_for("nobody takes the place", |report| {
+        report.cycles > 0 && report.process == ProcessId::Nominal.code()
+    });
+    drop(running);
 }
 
 #[test]

@@ -97,6 +97,13 @@ fn line(topic: &SurveyedTopic) -> String {
     for misfit in &topic.misfits {
         let _ = write!(line, "; does not fit: {misfit}");
     }
+    if topic.speakers > 0 {
+        let _ = write!(
+            line,
+            "; {} already publish there: a running stack, or somebody past the filter",
+            topic.speakers
+        );
+    }
     line
 }
 
@@ -109,5 +116,6 @@ fn topic_json(topic: &SurveyedTopic) -> Value {
         "matched": topic.matched,
         "wrong_types": topic.wrong_types,
         "misfits": topic.misfits,
+        "speakers": topic.speakers,
     })
 }

@@ -93,14 +93,15 @@ impl Examination {
                 process.asked.iter().filter(|right| !process.granted.contains(right)).copied().collect();
             writeln!(
                 text,
-                "  {:<10} pid {:<8} granted {}; refused {}; {} cycles, {} missed, at most {:.1} us late",
+                "  {:<10} pid {:<8} granted {}; refused {}; {} cycles, {} missed, at most {:.1} us late{}",
                 process.process,
                 process.pid,
                 names(&process.granted),
                 names(&missing),
                 process.cycles,
                 process.missed_deadlines,
-                us(process.max_lateness_ns)
+                us(process.max_lateness_ns),
+                if process.cycles == 0 { "; waits: another program has its place" } else { "" }
             )?;
         }
         Ok(())

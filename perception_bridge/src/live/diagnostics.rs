@@ -16,7 +16,7 @@ use crate::command_sink::SinkState;
 /// A filter without a command for this long is silent, ns.
 const FILTER_SILENCE_NS: u64 = 500_000_000;
 /// A process without a report for this long is silent, ns; they come five times a second.
-const REPORT_SILENCE_NS: u64 = 1_500_000_000;
+pub(super) const REPORT_SILENCE_NS: u64 = 1_500_000_000;
 /// What counts are compared over, ns.
 const WINDOW_NS: u64 = 1_000_000_000;
 
@@ -206,7 +206,9 @@ impl Diagnostics {
         let rate = self.rate(format!("messages {}", record.topic), record.messages());
         let unsent: u64 = record.refusals().map(|(_, count)| count).sum();
         let failing = self.rate(format!("unsent {}", record.topic), unsent) > 0.0;
-        let (level, message) = if failing {
+        let (level, message) = if is_command && others.rivals > 0 {
+            (DiagnosticStatus::ERROR, "somebody else commands the robot, too, past the filter".to_owned())
+        } else if failing {
             (DiagnosticStatus::ERROR, "messages do not leave".to_owned())
         } else if let Some((level, message)) = fault(others, "subscriber", "expects", record.expected) {
             (level, message)
@@ -220,6 +222,7 @@ impl Diagnostics {
             .with("rate_hz", &format!("{rate:.1}"))
             .with("messages", &record.messages())
             .with("subscribers", &others.matched)
+            .with("other_publishers", &others.rivals)
             .with("unsent", &unsent)
             .faults(others)
     }
@@ -233,6 +236,8 @@ impl Diagnostics {
         let rate = self.rate(format!("cycles {process}"), health.cycles);
         let (level, message) = if now_ns.saturating_sub(health.published_ns) > REPORT_SILENCE_NS {
             (DiagnosticStatus::STALE, "silent".to_owned())
+        } else if health.cycles == 0 && process == ProcessId::Nominal {
+            (DiagnosticStatus::WARN, "waits: another program has its place".to_owned())
         } else if errors > 0.0 {
             (DiagnosticStatus::WARN, format!("reports {}", reason_label(health.last_reason)))
         } else if missed > 0.0 {

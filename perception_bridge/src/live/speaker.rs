@@ -15,7 +15,7 @@ use settings::{ControllerKind, Ros2Settings, Settings};
 
 use super::arrival::Arrival;
 use super::board::SinkBoard;
-use super::diagnostics::{Diagnostics, Facts};
+use super::diagnostics::{Diagnostics, Facts, REPORT_SILENCE_NS};
 use super::error::RosError;
 use super::filter_state::filter_state;
 use super::graph::Graph;
@@ -91,7 +91,7 @@ impl Speaker {
             expected,
             command_topic: ros2.absolute(&ros2.command_topic),
             diagnostics: Diagnostics::new(&node, instance),
-            watch: Watch::new(graph.participant(), graph.records()),
+            watch: Watch::new(graph.participant(), graph.records(), ros2.absolute(&ros2.command_topic)),
             shared,
         };
         let stop = Arc::new(AtomicBool::new(false));
@@ -177,9 +177,7 @@ impl Ears {
         if let Some(obstacles) = self.obstacles.newest() {
             heard.obstacles = Some(Box::new(obstacles));
         }
-        self.health.drain(|health| {
-            heard.health.insert(health.process, *health);
-        });
+        self.health.drain(|health| note(&mut heard.health, health));
         command.is_some()
     }
 }
@@ -266,6 +264,17 @@ impl Telling {
     }
 }
 
+/// Keeps a report, unless it is of one who waits for the place of another one that runs.
+fn note(reports: &mut BTreeMap<u32, Health>, report: &Health) {
+    let runs = |known: &Health| {
+        let age_ns = report.published_ns.saturating_sub(known.published_ns);
+        known.pid != report.pid && known.cycles > 0 && age_ns <= REPORT_SILENCE_NS
+    };
+    if report.cycles > 0 || !reports.get(&report.process).is_some_and(runs) {
+        reports.insert(report.process, *report);
+    }
+}
+
 /// Whether `period_ns` have passed since it was last done; then it is done now.
 fn is_due(done_ns: &mut u64, now: Arrival, period_ns: u64) -> bool {
     let due = now.stack_ns.saturating_sub(*done_ns) >= period_ns;
@@ -273,4 +282,30 @@ fn is_due(done_ns: &mut u64, now: Arrival, period_ns: u64) -> bool {
         *done_ns = now.stack_ns;
     }
     due
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    #[test]
+    fn who_waits_is_told_of_where_nobody_runs_in_that_place() {
+        let report = |pid: u32, cycles: u64, published_ns: u64| Health {
+            pid,
+            cycles,
+            published_ns,
+            ..Health::zeroed()
+        };
+        let mut reports = BTreeMap::new();
+        let mut shown = |of: &Health| {
+            note(&mut reports, of);
+            reports[&0].pid
+        };
+        assert_eq!(shown(&report(1, 0, 10)), 1);
+        assert_eq!(shown(&report(2, 5, 20)), 2);
+        assert_eq!(shown(&report(1, 0, 30)), 2);
+        assert_eq!(shown(&report(2, 7, 50)), 2);
+        assert_eq!(shown(&report(1, 0, 51 + REPORT_SILENCE_NS)), 1, "the other one is gone");
+    }
 }

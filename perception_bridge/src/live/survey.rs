@@ -65,6 +65,8 @@ pub struct SurveyedTopic {
     pub wrong_types: Vec<String>,
     /// What does not fit about others' quality of service.
     pub misfits: Vec<String>,
+    /// Of a topic that this stack speaks on: those who do so now, a running stack included.
+    pub speakers: usize,
 }
 
 /// Joins the graph that the environment names for `listening` and tells what is there.
@@ -90,7 +92,7 @@ pub fn survey(settings: &Settings, listening: Duration) -> Result<GraphSurvey, R
         graph.subscribe::<Odometry>(&odometry_topic, Profile::Stream(Reliability::BestEffort))?;
     let nodes_seen = graph.subscribe_to_nodes()?;
     let participant = graph.participant();
-    let mut watch = Watch::new(participant.clone(), records);
+    let mut watch = Watch::new(participant.clone(), records, String::new());
 
     let mut odometry_ahead_ms = None;
     let mut nodes = BTreeSet::new();
@@ -159,6 +161,7 @@ fn surveyed(watched: &Watched) -> SurveyedTopic {
         matched: others.matched,
         wrong_types: others.wrong_types.clone(),
         misfits: others.misfits.clone(),
+        speakers: others.rivals,
     }
 }
 

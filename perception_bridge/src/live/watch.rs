@@ -20,6 +20,8 @@ pub(super) struct Others {
     pub(super) wrong_types: Vec<String>,
     /// What does not fit about the quality of service of the rest, each once.
     pub(super) misfits: Vec<String>,
+    /// Those that speak where this node does.
+    pub(super) rivals: usize,
 }
 
 impl Others {
@@ -50,14 +52,20 @@ struct Announced {
 pub(super) struct Watch {
     participant: DomainParticipant,
     topics: Vec<Watched>,
+    /// The topic on which nobody else may speak.
+    command_topic: String,
 }
 
 impl Watch {
-    /// Watches the topics of `records`.
-    pub(super) fn new(participant: DomainParticipant, records: Vec<Arc<TopicRecord>>) -> Self {
+    /// Watches the topics of `records`. `command_topic` drives the robot.
+    pub(super) fn new(
+        participant: DomainParticipant,
+        records: Vec<Arc<TopicRecord>>,
+        command_topic: String,
+    ) -> Self {
         let topics =
             records.into_iter().map(|record| Watched { record, others: Others::default() }).collect();
-        Self { participant, topics }
+        Self { participant, topics, command_topic }
     }
 
     /// Every topic, as last looked at.
@@ -96,18 +104,28 @@ impl Watch {
         for Watched { record, others } in &mut self.topics {
             let seen = match record.direction {
                 Direction::In => compare(record, &writers),
-                Direction::Out => compare(record, &readers),
+                Direction::Out => {
+                    Others { rivals: on_topic(record, &writers).count(), ..compare(record, &readers) }
+                }
             };
             tell(record, others, &seen);
+            if record.topic == self.command_topic {
+                tell_rivals(record, others.rivals, seen.rivals);
+            }
             *others = seen;
         }
     }
 }
 
+/// Those of `announced` that are about the topic of `record`.
+fn on_topic<'a>(record: &TopicRecord, announced: &'a [Announced]) -> impl Iterator<Item = &'a Announced> {
+    announced.iter().filter(|other| other.topic.strip_prefix("rt") == Some(&record.topic))
+}
+
 /// What `announced` means for the topic of `record`.
 fn compare(record: &TopicRecord, announced: &[Announced]) -> Others {
     let mut others = Others::default();
-    for other in announced.iter().filter(|other| other.topic.strip_prefix("rt") == Some(&record.topic)) {
+    for other in on_topic(record, announced) {
         let type_name = plain_type(&other.type_name);
         let (offered, requested) = match record.direction {
             Direction::In => (&other.quality, &record.quality),
@@ -212,6 +230,20 @@ fn tell(record: &TopicRecord, before: &Others, now: &Others) {
     }
     if before.is_faulty() && !now.is_faulty() {
         tracing::info!(topic, "types and qualities of service fit again");
+    }
+}
+
+/// Tells the log of those who command the robot beside this node: it obeys whoever spoke last.
+fn tell_rivals(record: &TopicRecord, before: usize, now: usize) {
+    let topic = &record.topic;
+    if now > before {
+        tracing::error!(
+            topic,
+            publishers = now,
+            "somebody else commands the robot, too, past the filter; remap that program's topic"
+        );
+    } else if now == 0 && before > 0 {
+        tracing::info!(topic, "nobody else commands the robot any more");
     }
 }
 

@@ -52,10 +52,11 @@ pub fn running(domain: &Domain, instance: &str) -> Result<Vec<RunningProcess>, N
     let mut reports = node.subscriber_all::<Health>()?;
     let mut found: Vec<RunningProcess> = Vec::new();
     let give_up_ns = RealClock.now_ns() + nanoseconds(PATIENCE);
-    while found.len() < expected && RealClock.now_ns() < give_up_ns {
+    while processes(&found) < expected && RealClock.now_ns() < give_up_ns {
         reports.drain(|health| {
             if let Ok(process) = ProcessId::try_from(health.process) {
-                found.retain(|known| known.process != process);
+                // Of one process there may be two: the nominal controller that runs, and one that waits for its place.
+                found.retain(|known| known.pid != health.pid);
                 found.push(described(process, health));
             }
         });
@@ -63,6 +64,11 @@ pub fn running(domain: &Domain, instance: &str) -> Result<Vec<RunningProcess>, N
     }
     found.sort_by_key(|process| process.process.code());
     Ok(found)
+}
+
+/// How many processes were heard of.
+fn processes(found: &[RunningProcess]) -> usize {
+    REPORTING.iter().filter(|process| found.iter().any(|known| known.process == **process)).count()
 }
 
 fn described(process: ProcessId, health: &Health) -> RunningProcess {

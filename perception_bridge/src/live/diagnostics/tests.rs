@@ -132,3 +132,50 @@ fn a_subscriber_that_expects_stamped_commands_is_named() {
     assert_eq!(level, 2);
     assert_eq!(message, "a subscriber expects geometry_msgs/TwistStamped, not nav_msgs/Odometry");
 }
+
+#[test]
+fn who_commands_past_the_filter_is_an_error() {
+    let others = Others { matched: 1, rivals: 1, ..Others::default() };
+    let topics = ["/cmd_vel", "/diagnostics"].map(|topic| {
+        let others = Others { wrong_types: vec!["std_msgs/Bool".to_owned()], ..others.clone() };
+        Watched { record: record(topic, Direction::Out), others }
+    });
+    let facts = Facts {
+        now_ns: S,
+        command: None,
+        sink: None,
+        lost: 0,
+        topics: &topics,
+        command_topic: "/cmd_vel",
+        health: &BTreeMap::new(),
+        expected: &[],
+    };
+    let mut diagnostics = Diagnostics::new("/robot/filter", "stack7");
+    let expected = (2, "somebody else commands the robot, too, past the filter".to_owned());
+    assert_eq!(said(&mut diagnostics, &facts, "output /cmd_vel"), expected);
+    assert_eq!(value(&mut diagnostics, &facts, "output /cmd_vel", "other_publishers"), "1");
+    assert_ne!(said(&mut diagnostics, &facts, "output /diagnostics"), expected, "everybody may");
+}
+
+#[test]
+fn a_nominal_controller_that_waits_is_told_from_one_that_runs() {
+    let nominal = ProcessId::Nominal;
+    let mut report = Health { process: nominal.code(), published_ns: S, ..Health::zeroed() };
+    let mut diagnostics = Diagnostics::new("/robot/filter", "stack7");
+    let mut look = |report: &Health| {
+        let facts = Facts {
+            now_ns: S,
+            command: None,
+            sink: None,
+            lost: 0,
+            topics: &[],
+            command_topic: "/cmd_vel",
+            health: &BTreeMap::from([(nominal.code(), *report)]),
+            expected: &[],
+        };
+        said(&mut diagnostics, &facts, "process nominal")
+    };
+    assert_eq!(look(&report), (1, "waits: another program has its place".to_owned()));
+    report.cycles = 1;
+    assert_eq!(look(&report), (0, "runs".to_owned()));
+}
