@@ -38,9 +38,31 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<bool> {
     anyhow::ensure!(args.plot.is_none(), "{name} is a {kind}; --plot draws models");
     if !args.json {
         println!("{name}: {kind}");
+        for line in who_commanded(&contents) {
+            println!("{line}");
+        }
     }
     println!("{}", serde_json::to_string_pretty(&contents)?);
     Ok(true)
+}
+
+/// One line for each entry of `commanded_by`, if the contents have any.
+fn who_commanded(contents: &serde_json::Value) -> Vec<String> {
+    let entries = contents.get("commanded_by").and_then(serde_json::Value::as_array);
+    let number = |entry: &serde_json::Value, key: &str| entry[key].as_f64().unwrap_or(f64::NAN);
+    let line = |entry: &serde_json::Value| {
+        let gap_ms = number(entry, "nobody_before_s") * 1e3;
+        let gap =
+            if gap_ms > 0.0 { format!(", after {gap_ms:.0} ms without a command") } else { String::new() };
+        format!(
+            "commanded by {} from {:.2} to {:.2} s, {} commands{gap}",
+            entry["controller"].as_str().unwrap_or("?"),
+            number(entry, "from_s"),
+            number(entry, "to_s"),
+            entry["commands"]
+        )
+    };
+    entries.into_iter().flatten().map(line).collect()
 }
 
 fn recording(args: &InspectArgs) -> anyhow::Result<serde_json::Value> {
@@ -86,4 +108,25 @@ fn recording(args: &InspectArgs) -> anyhow::Result<serde_json::Value> {
         "commanded_by": commanded_by,
         "damage": damage,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_commanded_is_a_line_each_with_the_gap_before() {
+        let contents = serde_json::json!({ "commanded_by": [
+            { "controller": "mpc", "from_s": 0.5, "to_s": 3.25, "commands": 56, "nobody_before_s": 0.0 },
+            { "controller": "external 1000", "from_s": 3.31, "to_s": 9.0, "commands": 114, "nobody_before_s": 0.0604 },
+        ] });
+        assert_eq!(
+            who_commanded(&contents),
+            [
+                "commanded by mpc from 0.50 to 3.25 s, 56 commands",
+                "commanded by external 1000 from 3.31 to 9.00 s, 114 commands, after 60 ms without a command",
+            ]
+        );
+        assert!(who_commanded(&serde_json::json!({ "hash": 7 })).is_empty());
+    }
 }
