@@ -70,8 +70,9 @@ impl WholeMethod for Adapter {
         Some(MethodCommand {
             control: output.control,
             feasible: match output.verdict {
-                Verdict::Feasible | Verdict::IterationLimit => output.slack <= 0.0,
-                Verdict::Infeasible | Verdict::SolverFailed => false,
+                // The verdict knows the method's own tolerance; a slack within it is no failure.
+                Verdict::Feasible => true,
+                Verdict::IterationLimit | Verdict::Infeasible | Verdict::SolverFailed => false,
             },
             slack: output.slack,
             hard_margin: output.hard_feasibility_margin,
