@@ -133,7 +133,7 @@ def main():
     growth = {}
     for name, values in memory.items():
         values = [value for value in values if value is not None]
-        settled = values[int(asked.settled * len(values))]
+        settled = values[int(asked.settled * (len(values) - 1))]
         growth[name] = {"settled_mb": round(settled, 2), "end_mb": round(values[-1], 2),
                         "most_mb": round(max(values), 2), "grown_mb": round(values[-1] - settled, 2),
                         "every_tenth_mb": [round(value, 1) for value in values[:: max(1, len(values) // 10)]]}
