@@ -173,6 +173,10 @@ impl Verdict {
     fn outcome(&self) -> String {
         match self.outcome {
             Outcome::Reached => format!("Goal reached, {}", self.contacts()),
+            // Nor is there one where the robot's own controller drives, which tells none.
+            Outcome::NotReached if self.goal_distance_m.is_none() => {
+                format!("No goal was told, {}", self.contacts())
+            }
             Outcome::NotReached => format!("Goal not reached, {}", self.contacts()),
             Outcome::Collision => match self.collisions {
                 Some(1) | None => "Collision".to_owned(),

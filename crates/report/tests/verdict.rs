@@ -152,4 +152,11 @@ fn a_live_robot_does_not_tell_whom_it_touched() {
         let verdict = Verdict::of(&record);
         assert_eq!((verdict.collisions, verdict.headline().as_str()), (collisions, headline));
     }
+    for (goal_distance_m, headline) in
+        [(f64::INFINITY, "No goal was told, contacts unknown"), (2.0, "Goal not reached, contacts unknown")]
+    {
+        let kind = SourceKind::Ros2.code();
+        record.source_status = vec![SourceStatus { kind, goal_distance_m, ..SourceStatus::zeroed() }];
+        assert_eq!(Verdict::of(&record).headline(), headline);
+    }
 }
