@@ -121,6 +121,7 @@ impl Settings {
         self.nominal.validate(self.robot.kind)?;
         if let Some(ros2) = &self.source.ros2 {
             ros2.validate_controller(self.nominal.controller)?;
+            ros2.validate_lookahead(self.nominal.goal_tolerance_m)?;
         }
         self.filter.validate()?;
         positive("robot.radius_m + obstacle.radius_m", self.failure_radius_m())?;

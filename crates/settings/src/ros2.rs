@@ -145,6 +145,16 @@ impl Ros2Settings {
         self.path_lookahead_m.unwrap_or(LOOKAHEAD_M)
     }
 
+    /// A goal that is reached as soon as it is said would stop the robot on its way.
+    pub(crate) fn validate_lookahead(&self, goal_tolerance_m: f64) -> Checked {
+        require(
+            self.path_topic.is_none() || self.lookahead_m() >= 2.0 * goal_tolerance_m,
+            "source.ros2.path_lookahead_m",
+            self.lookahead_m(),
+            "at least twice nominal.goal_tolerance_m, or the robot stops at every point of its path",
+        )
+    }
+
     /// The robot's own commands take the nominal controller's place, so that nobody else may have it.
     pub(crate) fn validate_controller(&self, controller: ControllerKind) -> Checked {
         require(
@@ -224,6 +234,18 @@ mod tests {
         assert!(refused(|s| s.path_topic = Some("my plan".to_owned())).contains("source.ros2.path_topic"));
         assert!(refused(|s| s.path_lookahead_m = Some(0.0)).contains("source.ros2.path_lookahead_m"));
         assert!(refused(|s| s.command_period_ms = 500).contains("source.ros2.command_period_ms"));
+    }
+
+    #[test]
+    fn the_goal_on_a_path_lies_well_beyond_its_tolerance() {
+        let mut settings = Ros2Settings::customary();
+        settings.path_lookahead_m = Some(0.5);
+        assert!(settings.validate_lookahead(0.3).is_ok(), "no path is followed");
+        settings.path_topic = Some("plan".to_owned());
+        let refusal = settings.validate_lookahead(0.3).expect_err("too short").to_string();
+        assert!(refusal.contains("source.ros2.path_lookahead_m"), "{refusal}");
+        settings.path_lookahead_m = None;
+        assert!(settings.validate_lookahead(0.3).is_ok());
     }
 
     #[test]
