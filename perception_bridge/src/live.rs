@@ -97,6 +97,10 @@ impl RosSource {
     /// # Errors
     /// [`RosError`] if the environment or the robot's kind is unusable, or DDS refuses.
     pub fn open(settings: &Settings, shadow: bool) -> Result<Self, RosError> {
+        Self::open_in(Environment::read()?, settings, shadow)
+    }
+
+    fn open_in(environment: Environment, settings: &Settings, shadow: bool) -> Result<Self, RosError> {
         match settings.robot.kind {
             RobotKind::Unicycle => {}
             RobotKind::DoubleIntegrator => return Err(RosError::TakesAccelerations),
@@ -108,7 +112,7 @@ impl RosSource {
         {
             return Err(RosError::HearsItself { topic });
         }
-        let mut graph = Graph::join(&ros2, Environment::read()?)?;
+        let mut graph = Graph::join(&ros2, environment)?;
         let intake = Intake::new(settings);
         let time = intake.ros_time();
         let commander = if shadow { None } else { Some(Commander::start(&mut graph, &ros2, time.clone())?) };
@@ -271,7 +275,65 @@ const fn is_overdue(event: &BridgeEvent, now_ns: u64, limit_ns: u64) -> bool {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
-    use messages::NominalCommand;
+    use messages::{ControlKind, NominalCommand};
+    use node_runtime::{Clock, RealClock};
+
+    const MS: u64 = 1_000_000;
+
+    fn settings() -> Settings {
+        let text = include_str!("../../config/ground_robot.toml");
+        Settings::parse(text, "shipped".as_ref(), ".".as_ref()).expect("shipped settings")
+    }
+
+    /// In a graph of nobody else's, on this machine alone.
+    fn alone(settings: &Settings, shadow: bool) -> RosSource {
+        let environment = Environment { domain_id: 201, localhost_only: true };
+        RosSource::open_in(environment, settings, shadow).expect("a machine with a loopback interface")
+    }
+
+    // What tests/conformance.rs holds against the sources that come to an end.
+    #[test]
+    fn a_graph_without_anybody_keeps_the_promises_of_a_source() {
+        for shadow in [false, true] {
+            let mut source = alone(&settings(), shadow);
+            let now_ns = RealClock.now_ns();
+            assert_eq!(source.poll(now_ns), None);
+            let due_ns = source.next_due_ns().expect("a live graph does not end");
+            assert!(due_ns > now_ns && due_ns <= now_ns + 10 * MS, "due, but not handed over");
+            assert_eq!(source.sink_state(), (!shadow).then_some(SinkState::Waiting));
+            let mut command = SafeCommand {
+                control: [0.5, 0.0],
+                control_kind: ControlKind::Unicycle.code(),
+                ..SafeCommand::zeroed()
+            };
+            command.ledger.filter_published_ns = due_ns;
+            source.command(&command, due_ns);
+            source.poll(due_ns);
+            assert_eq!(source.sink_state(), (!shadow).then_some(SinkState::Following));
+            source.poll(due_ns + 30 * MS);
+            let silent = SinkState::Braking(messages::Reason::SilentFilter);
+            assert_eq!(source.sink_state(), (!shadow).then_some(silent));
+            let status = source.status(due_ns + 30 * MS);
+            assert_eq!((status.kind, status.finished), (SourceKind::Ros2.code(), 0));
+            assert_eq!(status.elapsed_ns, due_ns + 30 * MS - now_ns);
+            assert!(!source.has_failed() && !source.gives_nominal_commands());
+        }
+    }
+
+    #[test]
+    fn a_topic_is_not_both_heard_and_driven_unless_the_robot_is_left_alone() {
+        let mut settings = settings();
+        let mut ros2 = Ros2Settings::customary();
+        ros2.nominal_topic = Some("/cmd_vel".to_owned());
+        settings.source.ros2 = Some(ros2);
+        let environment = Environment { domain_id: 201, localhost_only: true };
+        let refused = RosSource::open_in(environment, &settings, false).err();
+        assert!(matches!(refused, Some(RosError::HearsItself { .. })), "{refused:?}");
+        let source = alone(&settings, true);
+        assert!(source.gives_nominal_commands());
+        let spoken = source.graph.records();
+        assert!(spoken.iter().all(|record| record.direction == board::Direction::In), "{spoken:?}");
+    }
 
     #[test]
     fn a_nominal_command_that_waited_too_long_is_overdue_and_a_goal_never_is() {
