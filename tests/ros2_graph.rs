@@ -76,10 +76,12 @@ fn the_stack_tells_how_it_is_and_names_what_is_wrong_with_the_graph() {
         "wrong_qos",
         &["/detections", "quality of service does not fit", "best_effort"],
     );
+    assert_named(&seen, &log, "rival", &["/cmd_vel", "somebody else commands the robot, too"]);
     assert_named(&seen, &log, "silent", &["/detections", "nothing arrives"]);
     // The others are heard all the while, so that these are warnings; a silent input is stale.
     assert_eq!(at(&seen, "/faults/wrong_type/level"), 1);
     assert_eq!(at(&seen, "/faults/silent/level"), 3);
+    assert_eq!(at(&seen, "/faults/rival/level"), 2, "the robot obeys whoever spoke last");
 
     assert_diagnostics(&seen, &said);
     assert_state(&seen);

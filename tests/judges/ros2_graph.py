@@ -157,9 +157,15 @@ def main():
         topic = odd_topic("detections", ros.Detection3DArray, profile)
         bad["detections"] = DataWriter(bad["detections participant"], topic, qos=profile)
 
+    def begin_rival():
+        bad["cmd_vel participant"] = DomainParticipant(asked.domain)
+        topic = Topic(bad["cmd_vel participant"], "rt/cmd_vel", ros.Twist, qos=reliable)
+        bad["cmd_vel"] = DataWriter(bad["cmd_vel participant"], topic, qos=reliable)
+
     faults = Faults([
         Fault("wrong_type", "input /odom", "speaks geometry_msgs/PoseStamped, not nav_msgs/Odometry", begin_other_type, bad.clear),
         Fault("wrong_qos", "input /detections", "reliability best_effort offered, reliable asked for", begin_best_effort, bad.clear),
+        Fault("rival", "output /cmd_vel", "somebody else commands the robot, too", begin_rival, bad.clear),
         Fault("silent", "input /detections", "silent", lambda: silent.add("people"), silent.clear),
     ] if asked.faults else [])
 
