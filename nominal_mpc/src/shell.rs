@@ -24,13 +24,13 @@ pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
     let _span = tracing::error_span!("nominal", instance).entered();
     let shutdown = Shutdown::install()?;
     let node = Node::open(instance, ProcessId::Nominal)?;
+    let mut cycles = ProcessLoop::new(&node)?;
     let began_ns = RealClock.now_ns();
-    let mut wait = Wait { since_ns: began_ns, health: HealthReporter::new(&node)?, is_said: false };
+    let mut wait = Wait { since_ns: began_ns, cycles: &mut cycles, is_said: false };
     let opened = NominalProcess::open_when_free(settings, &node, || {
         wait.tell(RealClock.now_ns());
         shutdown.requested()
     });
-    drop(wait);
     let Some(mut process) = opened? else { return Ok(()) };
     let period_ms = settings.nominal.period_ms;
     tracing::info!(controller = %process.controller.controller(), period_ms, "nominal controller runs");
@@ -39,7 +39,7 @@ pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
     // Who has waited has heard the robot, and a robot that drives waits for it. Who has not gives the robot a period to speak.
     let waited = now_ns - began_ns > 2 * period_ms * NS_PER_MS;
     let pacing = Pacing::timer(if waited { now_ns } else { now_ns + period_ms * NS_PER_MS }, period);
-    ProcessLoop::new(&node)?.run(
+    cycles.run(
         &mut process,
         pacing,
         None,
@@ -54,14 +54,14 @@ const NS_PER_MS: u64 = 1_000_000;
 const UNSAID_WAIT_NS: u64 = 200 * NS_PER_MS;
 
 /// What is told while somebody else commands.
-struct Wait {
+struct Wait<'a> {
     since_ns: u64,
     /// Says that the process lives and has had no cycle.
-    health: HealthReporter,
+    cycles: &'a mut ProcessLoop,
     is_said: bool,
 }
 
-impl Wait {
+impl Wait<'_> {
     fn tell(&mut self, now_ns: u64) {
         if now_ns.saturating_sub(self.since_ns) < UNSAID_WAIT_NS {
             return;
@@ -73,7 +73,7 @@ impl Wait {
                  (`iox2 node list` names it)"
             );
         }
-        self.health.report(now_ns);
+        self.cycles.report(now_ns);
     }
 }
 

@@ -54,6 +54,11 @@ impl ProcessLoop {
         self.health.report(tick.woke_ns);
     }
 
+    /// Tells how the process is doing before its first cycle: for who waits, and has nothing to open any more once it need not.
+    pub fn report(&mut self, now_ns: u64) {
+        self.health.report(now_ns);
+    }
+
     /// Asks the kernel for what `realtime` says, then runs cycles as `pacing` and `wake_up` begin them until `shutdown` is
     /// requested or the work is over, with whatever was granted.
     pub fn run(
