@@ -14,9 +14,10 @@ const LOOKAHEAD_M: f64 = 1.5;
 /// The bridge as a node of a ROS 2 graph. Which domain, and whether other machines are heard, the environment says
 /// (`ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`), as for every ROS 2 program.
 ///
-/// A topic without a leading slash lies in the node's namespace; `/tf` and `/tf_static` never do.
+/// A topic without a leading slash lies in the node's namespace; `/tf` and `/tf_static` never do. A key that is left out is as
+/// [`Ros2Settings::customary`] has it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default = "Ros2Settings::customary")]
 pub struct Ros2Settings {
     /// Name of the node.
     pub node_name: String,
@@ -217,6 +218,16 @@ fn is_token(token: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_key_that_is_left_out_is_as_customary() {
+        let read = toml::from_str::<Ros2Settings>("nominal_topic = \"cmd_vel_smoothed\"").expect("enough");
+        assert_eq!(
+            read,
+            Ros2Settings { nominal_topic: Some("cmd_vel_smoothed".to_owned()), ..Ros2Settings::customary() }
+        );
+        assert!(toml::from_str::<Ros2Settings>("command_topc = \"cmd_vel\"").is_err(), "an unknown key");
+    }
 
     #[test]
     fn the_customary_names_are_fine_and_unusable_ones_are_refused_by_name() {
