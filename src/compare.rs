@@ -32,7 +32,15 @@ pub(crate) fn compare(args: &CompareArgs) -> anyhow::Result<bool> {
         if has_program { in_real_time(one, args, &settings) } else { in_lockstep(one, args, &settings) }
     };
     let mode = if has_program { "real time" } else { "lockstep" };
-    let comparison = Comparison::new(args.on.to_string(), mode, drive(&args.first)?, drive(&args.second)?);
+    // Programs first: one that cannot start shall not be found out only after the other's drive.
+    let (first, second) =
+        if matches!((&args.first, &args.second), (Contestant::Own(_), Contestant::Command(_))) {
+            let second = drive(&args.second)?;
+            (drive(&args.first)?, second)
+        } else {
+            (drive(&args.first)?, drive(&args.second)?)
+        };
+    let comparison = Comparison::new(args.on.to_string(), mode, first, second);
     print_figures(&comparison, args.json)?;
     Ok(true)
 }
@@ -75,8 +83,16 @@ fn in_real_time(one: &Contestant, args: &CompareArgs, settings: &Settings) -> an
             // The shell makes way for the program, so that a signal reaches it.
             let words = ["sh".into(), "-c".into(), format!("exec {command}").into()];
             let domain = Domain::from_env()?;
-            let program = Candidate::start(&words, &[(Domain::VARIABLE, domain.prefix().as_ref())])?;
+            let mut program = Candidate::start(&words, &[(Domain::VARIABLE, domain.prefix().as_ref())])?;
             std::thread::sleep(HEAD_START);
+            if let Some(status) = program.ended() {
+                let output = program.output();
+                let output = output.trim_end();
+                anyhow::bail!(
+                    "`{one}` ended by itself before the drive ({status}); `cncbf check-controller` says what it lacks{}{output}",
+                    if output.is_empty() { "" } else { ". It printed:\n" },
+                );
+            }
             Some(program)
         }
     };

@@ -103,7 +103,7 @@ pub(crate) fn run_stack(
     let interrupted = loop {
         std::thread::sleep(WATCH_PERIOD);
         for event in launcher.poll() {
-            crashes += note(&event, watch.somebody_commands())?;
+            crashes += note(&event, plan.folder, watch.somebody_commands())?;
         }
         if shutdown.requested() {
             break true;
@@ -153,7 +153,7 @@ fn start(plan: &SessionPlan<'_>) -> anyhow::Result<Launcher> {
     let give_up_ns = RealClock.now_ns() + RECORDER_PATIENCE_NS;
     while !plan.recording.exists() {
         for event in launcher.poll() {
-            note(&event, false)?;
+            note(&event, plan.folder, false)?;
         }
         anyhow::ensure!(
             RealClock.now_ns() < give_up_ns,
@@ -184,7 +184,7 @@ fn stop(mut launcher: Launcher) -> StopReport {
 }
 
 /// Counts a crash; ends the run where a process stays down, other than a nominal controller in whose place somebody else commands.
-fn note(event: &Event, somebody_commands: bool) -> anyhow::Result<usize> {
+fn note(event: &Event, folder: &Path, somebody_commands: bool) -> anyhow::Result<usize> {
     match event {
         Event::Restarted { .. } => Ok(0),
         Event::Failed { .. } => Ok(1),
@@ -201,8 +201,19 @@ fn note(event: &Event, somebody_commands: bool) -> anyhow::Result<usize> {
             tracing::warn!("{event}; somebody else commands");
             Ok(0)
         }
-        Event::GaveUp { .. } | Event::RestartFailed { .. } => anyhow::bail!("{event}"),
+        Event::GaveUp { .. } | Event::RestartFailed { .. } => {
+            anyhow::bail!("{event}{}", last_words(folder, event.id()))
+        }
     }
+}
+
+/// Where the log of a process lies, and its last line; empty if it wrote none.
+fn last_words(folder: &Path, id: ProcessId) -> String {
+    let log = folder.join(format!("{id}.log"));
+    let text = std::fs::read(&log).unwrap_or_default();
+    let text = String::from_utf8_lossy(&text);
+    let last = text.lines().rev().find(|line| !line.trim().is_empty());
+    last.map_or_else(String::new, |last| format!(": {last} ({})", log.display()))
 }
 
 /// Writes the settings the children read and says how each of them is started.
@@ -276,10 +287,10 @@ impl Watch<'_> {
         self.source = self.status.newest().or(self.source);
         if let Some(source) = &self.source {
             self.began_ns.get_or_insert(now_ns);
-            self.bar.set(source.elapsed_ns, || line(self.heading, source, self.command.as_ref()));
+            self.bar.set(source.elapsed_ns, || line(self.heading, source, duration_s, self.command.as_ref()));
             if !someone_watches() && now_ns - self.reported_ns >= REPORT_PERIOD_NS {
                 self.reported_ns = now_ns;
-                eprintln!("{}", line(self.heading, source, self.command.as_ref()));
+                eprintln!("{}", line(self.heading, source, duration_s, self.command.as_ref()));
             }
             if source.goal_reached != 0 && self.ends_at_goal {
                 self.reached_ns.get_or_insert(now_ns);
@@ -294,8 +305,13 @@ impl Watch<'_> {
     }
 }
 
-/// One line that tells how it goes.
-fn line(heading: &str, source: &SourceStatus, command: Option<&SafeCommand>) -> String {
+/// One line that tells how it goes; `duration_s` is the user's limit.
+fn line(
+    heading: &str,
+    source: &SourceStatus,
+    duration_s: Option<f64>,
+    command: Option<&SafeCommand>,
+) -> String {
     let seconds = source.elapsed_ns as f64 * 1e-9;
     let filter = command.map_or_else(
         || "no command yet".to_owned(),
@@ -309,15 +325,31 @@ fn line(heading: &str, source: &SourceStatus, command: Option<&SafeCommand>) -> 
         },
     );
     // A live graph has no end of its own and does not know the truth.
-    let of_at_most = if source.total_ns > 0 {
-        format!(" of at most {:.0}", source.total_ns as f64 * 1e-9)
-    } else {
-        String::new()
-    };
+    let limit_s = Some(source.total_ns as f64 * 1e-9)
+        .filter(|total_s| *total_s > 0.0)
+        .into_iter()
+        .chain(duration_s)
+        .reduce(f64::min);
+    let of_at_most = limit_s.map_or_else(String::new, |limit_s| format!(" of at most {limit_s:.0}"));
     let clearance = if source.clearance_m.is_finite() {
         format!(", clearance {:.2} m", source.clearance_m)
     } else {
         String::new()
     };
     format!("{heading}{seconds:.1}{of_at_most} s, goal {:.1} m{clearance}, {filter}", source.goal_distance_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_process_that_stays_down_is_quoted() {
+        let folder = tempfile::tempdir().expect("a folder");
+        assert_eq!(last_words(folder.path(), ProcessId::Bridge), "", "it wrote nothing");
+        let log = folder.path().join("bridge.log");
+        std::fs::write(&log, "a line\nerror: ROS_DOMAIN_ID\n\n").expect("written");
+        let words = last_words(folder.path(), ProcessId::Bridge);
+        assert_eq!(words, format!(": error: ROS_DOMAIN_ID ({})", log.display()));
+    }
 }

@@ -101,6 +101,16 @@ fn a_program_that_says_nothing_is_named() {
 }
 
 #[test]
+fn a_program_that_cannot_start_is_found_out_before_anybody_drives() {
+    let said = compare(&[&"mpc", &"cmd:./nowhere", &"--on", &"sim"]);
+    assert_eq!(said.code, 2, "{said:?}");
+    for words in ["ended by itself before the drive", "It printed:"] {
+        assert!(said.err.contains(words), "{words}: {}", said.err);
+    }
+    assert!(!said.err.contains("driving with"), "{}", said.err);
+}
+
+#[test]
 fn what_cannot_be_compared_is_refused() {
     let recording = demo();
     for (arguments, word) in [
