@@ -25,10 +25,10 @@ pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, Wait
   cncbf                                           drive the demo, then write a report
   cncbf replay drive.mcap --json                  what the filter would have done in a recording
   cncbf replay drive.mcap --lockstep              the same in virtual time, byte for byte repeatable
-  cncbf run --source ros2 --shadow                watch a robot that drives itself: what would the filter have done
-  cncbf check-controller -- python3 mine.py       whether a nominal controller of yours keeps the rules
+  cncbf run --source ros2 --shadow                watch a robot that drives itself
+  cncbf check-controller -- python3 mine.py       whether your controller keeps the rules
   cncbf compare mpc pure_pursuit --on drive.mcap  two nominal controllers behind the same filter
-  cncbf evaluate --methods cn_cbf --scenarios 20  how often it arrives without a contact among 5, 10 and 15 people
+  cncbf evaluate --methods cn_cbf --scenarios 20  successes among 5, 10, 15 people
   cncbf profile drive.mcap                        where time goes on this machine
   cncbf why runs/0001/run.mcap 12.5               why it intervened 12.5 s into a run
   cncbf doctor                                    what on this machine would spoil real time
@@ -122,7 +122,7 @@ pub(crate) struct WhyArgs {
 #[command(after_help = "Examples:
   cncbf inspect models/ground_robot.safetensors
   cncbf inspect models/quadrotor.safetensors --plot quadrotor.svg
-  cncbf inspect my_robot.safetensors --plot my.svg --value my_robot.value.true.safetensors --at 3.14,1.5 --at 0,0.5")]
+  cncbf inspect my.safetensors --plot my.svg --value my.value.true.safetensors --at 3.14,1.5")]
 pub(crate) struct InspectArgs {
     /// Model, value function or recording
     #[arg(value_name = "FILE")]
@@ -153,13 +153,13 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
 /// Options of `doctor`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:
-  cncbf doctor                                     the machine, what the kernel grants, ten seconds of wake-ups
-  cncbf doctor --seconds 600 --json                long enough to trust the worst; start the robot's own load beside it
+  cncbf doctor                                     machine, kernel, ten seconds of wake-ups
+  cncbf doctor --seconds 600 --json                long enough to trust the worst
   cncbf doctor --config my_robot.toml              what this file's [realtime] would get
-  cncbf doctor --instance cncbf                    and what the processes of a running stack were granted
+  cncbf doctor --instance cncbf                    and what a running stack was granted
 
 Everything that is asked of the kernel is given back. Each way of waking up gets an equal share of the time, in turns.
-Exit code 1: something was found that makes a run miss deadlines or fail, or the filter's rate is not held; 2: unusable
+Exit code 1: something was found that makes a run miss deadlines or fail, or the filter's rate is not held; 2: unusable \
 arguments or settings.")]
 pub(crate) struct DoctorArgs {
     /// Settings whose `[realtime]` is tried out, and name of the stack that is looked for

@@ -16,13 +16,13 @@ use super::ProcessArgs;
   cncbf run --scenario crowds.json:busy           docs/scenarios.md describes such files
   cncbf run --source mcap:drive.mcap --duration 20 --report runs/drive
   ROS_DOMAIN_ID=7 cncbf run --source ros2         drives a robot's /cmd_vel until Ctrl-C
-  cncbf run --source ros2 --shadow                hears who else drives /cmd_vel and publishes nothing there
+  cncbf run --source ros2 --shadow                publishes nothing on /cmd_vel
 
-With --shadow the robot's own command is left untouched; recording and report say what the filter would have done. The simulated
-robot then obeys its nominal controller, and a recorded one drives as it did anyway. A live robot's command_topic is heard as
+With --shadow the robot's own command is left untouched; recording and report say what the filter would have done. The simulated \
+robot then obeys its nominal controller, and a recorded one drives as it did anyway. A live robot's command_topic is heard as \
 the nominal command, unless source.ros2.nominal_topic names another one or --controller a controller of its own.
 
-Exit code: 0 goal reached and nobody touched, or with --shadow or a recording played to its end (Ctrl-C ends a live graph); 1
+Exit code: 0 goal reached and nobody touched, or with --shadow or a recording played to its end (Ctrl-C ends a live graph); 1 \
 otherwise; 2 unusable arguments or input.")]
 pub(crate) struct RunArgs {
     /// Settings and name of the stack
@@ -66,7 +66,7 @@ pub(crate) struct RunArgs {
   cncbf replay drive.mcap                         in real time through the four processes
   cncbf replay drive.mcap --rate max --json       in virtual time, as fast as possible
   cncbf replay drive.mcap --lockstep --repeat 2   twice; the commands' SHA-256 must be equal
-  cncbf replay drive.mcap --closed-loop           the recorded people, but a simulated robot that obeys the filter")]
+  cncbf replay drive.mcap --closed-loop           a simulated robot that obeys the filter")]
 pub(crate) struct ReplayArgs {
     /// Recording with odometry and detections
     #[arg(value_name = "F.mcap")]
@@ -132,7 +132,7 @@ pub(crate) struct BridgeArgs {
 /// Options of `nominal`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Example:
-  cncbf nominal --controller pure_pursuit          takes the place beside `cncbf run --controller external`")]
+  cncbf nominal --controller pure_pursuit    beside `cncbf run --controller external`")]
 pub(crate) struct NominalArgs {
     /// Settings and name of the stack
     #[command(flatten)]

@@ -8,16 +8,16 @@ use evaluation::{Partition, PartitionError};
 /// Options of `evaluate`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:
-  cncbf evaluate                                            every method, ground robot, 5, 10 and 15 people, 100 scenarios
+  cncbf evaluate                                            every method of the ground robot
   cncbf evaluate --robot quadrotor --methods cn_cbf,ho_cbf --people 15 --scenarios 20 --report out
-  cncbf evaluate --methods cn_cbf,mine=my_robot.toml        settings of your own beside the published ones
-  cncbf evaluate --scenarios my_scenarios.json              worlds of your own; docs/scenarios.md describes the file
+  cncbf evaluate --methods cn_cbf,mine=my_robot.toml        settings of your own beside ours
+  cncbf evaluate --scenarios my_scenarios.json              worlds of your own: docs/scenarios.md
   cncbf evaluate --set simulation.position_noise_m=0.05     one setting changed for every method
-  cncbf evaluate --partition slice:1/4 --out a.parquet      a quarter of the work; deploy/ does so on clusters
+  cncbf evaluate --partition slice:1/4 --out a.parquet      a quarter of the work: deploy/
   cncbf evaluate --merge a.parquet b.parquet --out all.parquet --report out
 
-Stopped by Ctrl-C or worse, the same command goes on where it was. On a cluster the slice is taken from SLURM_ARRAY_TASK_ID
-and SLURM_ARRAY_TASK_COUNT, or from JOB_COMPLETION_INDEX and JOB_COMPLETION_COUNT, and its number enters the file's name.
+Stopped by Ctrl-C or worse, the same command goes on where it was. On a cluster the slice is taken from SLURM_ARRAY_TASK_ID \
+and SLURM_ARRAY_TASK_COUNT, or from JOB_COMPLETION_INDEX and JOB_COMPLETION_COUNT, and its number enters the file's name. \
 docs/evaluation.md says what is measured.
 
 Exit code: 0 all runs are in the table, 1 stopped before, 2 unusable arguments, input or output.")]

@@ -14,9 +14,9 @@ use super::{Controller, ProcessArgs};
   cncbf check-controller --config my_robot.toml -- ./my_controller --gain 2
   cncbf check-controller --json -- cncbf nominal --controller mpc
 
-The command is started in shared memory of its own, found through CNCBF_IPC_PREFIX, so that a running stack is not
-disturbed. It meets the stack's services and a simulated robot, alone in an open field, that does what it says. Half a
-minute later it has been given three goals, has been left without robot states, been given one that is not a number, and
+The command is started in shared memory of its own, found through CNCBF_IPC_PREFIX, so that a running stack is not \
+disturbed. It meets the stack's services and a simulated robot, alone in an open field, that does what it says. In ten \
+to forty seconds it has been given three goals, has been left without robot states, been given one that is not a number, and \
 been asked to end. docs/own_controller.md says what is asked of it.
 
 Exit code: 0 every check passed, 1 one failed, 2 the command could not be started or unusable arguments.")]
@@ -51,13 +51,13 @@ fn seconds(text: &str) -> Result<f64, String> {
 #[command(after_help = "Examples:
   cncbf compare mpc pure_pursuit --on drive.mcap
   cncbf compare mpc pure_pursuit --on sim:7 --json
-  cncbf compare mpc 'cmd:python3 mine.py' --on drive.mcap     in real time, since the program has no other
+  cncbf compare mpc 'cmd:python3 mine.py' --on drive.mcap    in real time
 
-Both meet the recorded people, or the simulated ones, and drive a simulated robot from the same start to the same goal behind
-the same filter. Controllers of ours run in virtual time: the same arguments give the same figures, byte for byte. Where one
+Both meet the recorded people, or the simulated ones, and drive a simulated robot from the same start to the same goal behind \
+the same filter. Controllers of ours run in virtual time: the same arguments give the same figures, byte for byte. Where one \
 is a program of yours, both run one after the other in real time as the stack that --instance names.
 
-Smoothness is the RMS of the rate of the filter's command, per component, in units of the control per second: smaller is
+Smoothness is the RMS of the rate of the filter's command, per component, in units of the control per second: smaller is \
 smoother. Exit code: 0 compared, 2 unusable arguments or input.")]
 pub(crate) struct CompareArgs {
     /// First controller: mpc, lqr, hold, pure_pursuit, or `cmd:COMMAND`

@@ -19,15 +19,15 @@ use super::ProcessArgs;
   cncbf profile drive.mcap --budget 'end_to_end.p99<=1ms' --budget 'deadline_misses<=0'
   cncbf profile drive.mcap --transport dds --trace dds.json       then open it in ui.perfetto.dev
 
-Nothing is filtered away: outliers stay, and the maximum is exact. Only start-up, until the
-filter has used the first detections, is counted apart.
-At rates other than 1 the filter sees other speeds: only timing means anything then.
-A recording that is shorter than --duration is played again and again; people and robot jump
-back at each beginning.
+Nothing is filtered away: outliers stay, and the maximum is exact. Only start-up, until the \
+filter has used the first detections, is counted apart. \
+At rates other than 1 the filter sees other speeds: only timing means anything then. \
+A recording that is shorter than --duration is played again and again; people and robot jump \
+back at each beginning. \
 `cncbf doctor` tells what this machine grants and how punctual it is without a stack.
 
-Exit code: 0 measured and every budget kept, 1 a budget broken, a process crashed or interrupted,
-2 unusable arguments or input. An unclear budget, within what differs between repeats, is not
+Exit code: 0 measured and every budget kept, 1 a budget broken, a process crashed or interrupted, \
+2 unusable arguments or input. An unclear budget, within what differs between repeats, is not \
 broken.")]
 pub(crate) struct ProfileArgs {
     /// Recording with odometry and detections
