@@ -122,8 +122,14 @@ static cncbf_nominal_t *take_place(const cncbf_node_t *node)
 {
     cncbf_nominal_t *place = NULL;
     cncbf_result_t result = CNCBF_RESULT_TAKEN;
-    while (!stop_requested && result == CNCBF_RESULT_TAKEN)
+    int told = 0;
+    while (!stop_requested && result == CNCBF_RESULT_TAKEN) {
         result = cncbf_nominal_open(node, PATIENCE_NS, &place);
+        if (result == CNCBF_RESULT_TAKEN && !told++)
+            fprintf(stderr, "pure_pursuit: waiting: %s\n", cncbf_last_error());
+    }
+    if (place != NULL)
+        fprintf(stderr, "pure_pursuit: commands\n");
     if (result != CNCBF_RESULT_OK && result != CNCBF_RESULT_TAKEN)
         fprintf(stderr, "pure_pursuit: %s\n", cncbf_last_error());
     return place;

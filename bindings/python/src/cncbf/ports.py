@@ -165,16 +165,23 @@ class Node:
             if stop is not None and stop.requested:
                 raise PortUnavailable(f"no place on {name} until the wish to stop ({cause})")
             if patience_s is not None and now - began >= patience_s:
-                raise PortUnavailable(
-                    f"no place on {name} ({cause}); does the stack run, and has the other writer gone?"
-                )
+                raise PortUnavailable(f"{_reason(name, cause)}; waited {patience_s} s ({cause})")
             if said != cause:
                 said = cause
-                _LOG.info("waiting for a place on %s: %s", name, cause)
+                _LOG.warning("%s; waiting (%s)", _reason(name, cause), cause)
             if now - swept >= _SWEEP_S:
                 swept = now
                 self._node.try_cleanup_dead_nodes()
             time.sleep(_RETRY_S)
+
+
+def _reason(name: str, cause: str) -> str:
+    """Why there is no place on the service `name`, in words: nobody has made it yet, or another program has the place."""
+    if "DoesNotExist" in cause:
+        return f"no stack offers {name} yet (is one running, under this name and {_PREFIX_VARIABLE}?)"
+    if "ExceedsMax" in cause:
+        return f"another program has the place on {name}, which is free when that one ends"
+    return f"no place on {name}"
 
 
 class Subscriber(Generic[Message]):
