@@ -1,13 +1,14 @@
 //! Two runs side by side: the same world, the same filter, two nominal controllers.
 
 use core::fmt;
+use std::collections::BTreeMap;
 
 use messages::SafeCommand;
 use serde::{Deserialize, Serialize};
 
 use crate::display::{number, percent};
 use crate::intervention::correction;
-use crate::{Outcome, RunRecord, Rung, Verdict};
+use crate::{Outcome, RunRecord, Rung, Verdict, words};
 
 /// The rate of a command is taken over this time, ns: about the period of a nominal controller, and long against the filter's.
 const RATE_STEP_NS: u64 = 50_000_000;
@@ -37,6 +38,8 @@ pub struct Contender {
     pub largest_correction: f64,
     /// Share of the time in which the filter braked or kept the robot standing, 0 to 1.
     pub braking_share: f64,
+    /// For which reason it did so most often, as the label of a reason code; `None` if it never did.
+    pub braked_most_for: Option<String>,
     /// Length of the robot's path, m.
     pub path_length_m: Option<f64>,
     /// Time from the start to the goal, s; `None` if it was not reached.
@@ -74,6 +77,7 @@ impl Contender {
                 .then(|| with_barrier().map(correction).sum::<f64>() / evaluated as f64),
             largest_correction: verdict.interventions.largest_correction,
             braking_share: verdict.time_shares.braking + verdict.time_shares.stopped,
+            braked_most_for: braked_most_for(&record.safe_commands),
             path_length_m: verdict.path_length_m,
             time_to_goal_s: verdict.time_to_goal_s,
             duration_s: verdict.duration_s,
@@ -83,6 +87,17 @@ impl Contender {
             commands_sha256: None,
         }
     }
+}
+
+/// The reason of most commands that brake or keep the robot standing.
+fn braked_most_for(commands: &[SafeCommand]) -> Option<String> {
+    let mut counts = BTreeMap::<u32, u64>::new();
+    for command in commands {
+        if matches!(Rung::of_code(command.status), Rung::Braking | Rung::Stopped) {
+            *counts.entry(command.reason).or_default() += 1;
+        }
+    }
+    counts.into_iter().max_by_key(|(_, count)| *count).map(|(reason, _)| words::reason_label(reason))
 }
 
 /// RMS of (u(t + 50 ms) − u(t)) / 50 ms over a run, per component.
@@ -171,6 +186,10 @@ impl Comparison {
             Row::numbers("  mean |u - u_nom|", maybe(|one| one.mean_correction), 4),
             Row::numbers("  largest |u - u_nom|", some(|one| one.largest_correction), 3),
             Row::shares("braking or standing", both.map(|one| one.braking_share)),
+            Row::words(
+                "  most often for",
+                both.map(|one| one.braked_most_for.clone().unwrap_or_else(|| "-".to_owned())),
+            ),
             Row::numbers("path length, m", maybe(|one| one.path_length_m), 2),
             Row::numbers("time to goal, s", maybe(|one| one.time_to_goal_s), 2),
             Row::numbers("duration, s", some(|one| one.duration_s), 2),
@@ -218,11 +237,30 @@ impl fmt::Display for Comparison {
 mod tests {
     use super::*;
     use bytemuck::Zeroable;
+    use messages::{Reason, SafetyStatus};
 
     fn command(woke_ns: u64, speed_mps: f64) -> SafeCommand {
         let mut command = SafeCommand { control: [speed_mps, 0.0], ..SafeCommand::zeroed() };
         command.ledger.filter_woke_ns = woke_ns;
         command
+    }
+
+    #[test]
+    fn who_is_braked_learns_the_commonest_reason() {
+        let of = |status: SafetyStatus, reason: Reason| SafeCommand {
+            status: status.code(),
+            reason: reason.code(),
+            ..SafeCommand::zeroed()
+        };
+        let filtered = of(SafetyStatus::Filtered, Reason::None);
+        assert_eq!(braked_most_for(&[filtered; 3]), None);
+        let commands = [
+            filtered,
+            of(SafetyStatus::Stopped, Reason::WrongControlKind),
+            of(SafetyStatus::Braking, Reason::WrongControlKind),
+            of(SafetyStatus::Stopped, Reason::NoGoal),
+        ];
+        assert_eq!(braked_most_for(&commands).as_deref(), Some("wrong_control_kind"));
     }
 
     #[test]
