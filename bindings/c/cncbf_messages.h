@@ -118,6 +118,8 @@ enum cncbf_reason {
     CNCBF_REASON_SLACK_NEEDED = 1,
     /* The nominal controller asked for a halt. */
     CNCBF_REASON_STOP_REQUESTED = 2,
+    /* The filter took a manoeuvre that keeps clear of everybody at once, as far as one does, not the CBF-QP's control. */
+    CNCBF_REASON_JOINT_ESCAPE = 3,
     /* No robot state has arrived yet. */
     CNCBF_REASON_NO_ROBOT_STATE = 10,
     /* The newest robot state is too old. */
@@ -177,6 +179,7 @@ static inline const char *cncbf_reason_label(uint32_t code)
     case CNCBF_REASON_NONE: return "none";
     case CNCBF_REASON_SLACK_NEEDED: return "slack_needed";
     case CNCBF_REASON_STOP_REQUESTED: return "stop_requested";
+    case CNCBF_REASON_JOINT_ESCAPE: return "joint_escape";
     case CNCBF_REASON_NO_ROBOT_STATE: return "no_robot_state";
     case CNCBF_REASON_STALE_ROBOT_STATE: return "stale_robot_state";
     case CNCBF_REASON_NON_FINITE_ROBOT_STATE: return "non_finite_robot_state";

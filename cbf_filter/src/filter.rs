@@ -13,6 +13,7 @@ use settings::{KernelChoice, Settings};
 
 use crate::brake::Brake;
 use crate::class_models::ClassModels;
+use crate::joint::Joint;
 use crate::ladder::rung;
 use crate::model::FilterSetupError;
 use crate::prediction::{self, Inflation};
@@ -45,6 +46,7 @@ pub struct SafetyFilter {
     barrier: CompositeBarrier,
     class_models: ClassModels,
     qp: CbfQp<2>,
+    joint: Option<Joint>,
     limits: Limits,
     inflation: Inflation,
     brake: Brake,
@@ -63,6 +65,8 @@ pub struct SafetyFilter {
 /// What the barrier and the QP made of trusted inputs.
 struct Correction {
     solution: QpSolution<2>,
+    /// Whether the joint look-ahead decided, not the QP.
+    escaped: bool,
     sample: CompositeSample,
 }
 
@@ -83,12 +87,14 @@ impl SafetyFilter {
         let mut barrier = CompositeBarrier::new(model, kernel, filter.beta_per_m)?;
         let contact_radius_m = crate::model::contact_radius_m(settings);
         let class_models = ClassModels::add_to(&mut barrier, filter, model, contact_radius_m)?;
+        let joint = Joint::of(settings, &pair);
         Ok(Self {
             pair,
             control_kind,
             barrier,
             class_models,
             qp: CbfQp::new(control, filter.slack_weight)?,
+            joint,
             limits: Limits::new(filter),
             inflation: Inflation::new(settings),
             brake: Brake::new(robot, filter.period_ms as f64 * 1e-3),
@@ -114,6 +120,7 @@ impl SafetyFilter {
     ///
     /// With trusted inputs the command is the CBF-QP's: the admissible control nearest to u_nom with
     /// L_f h + L_g h·u + ∂h/∂t + α·h ≥ −s (CN-CBF paper, eq. cbf_qp, softened by one slack s as in the authors' code).
+    /// Where the settings have `[filter.joint]`, a manoeuvre clear of everybody may take its place.
     /// With anything less it brakes, and [`SafeCommand::reason`] says why. Allocates nothing.
     pub fn step(&mut self, inputs: &Inputs<'_>, tick: Tick) -> SafeCommand {
         self.sequence += 1;
@@ -177,7 +184,21 @@ impl SafetyFilter {
         let row = sample.row(self.alpha_per_s);
         let solution =
             self.qp.solve(&trusted.nominal.control, row.as_ref()).map_err(|_| Reason::NonFiniteBarrier)?;
-        Ok(Correction { solution, sample })
+        let overruled = match (&mut self.joint, &row) {
+            (Some(joint), Some(row)) => {
+                let x = match &self.pair {
+                    Pair::Unicycle(_) => [pose[0], pose[1], pose[2], 0.0],
+                    Pair::DoubleIntegrator(_) => {
+                        let [vx, vy] = trusted.robot_state.velocity_in_odom_mps();
+                        [pose[0], pose[1], vx, vy]
+                    }
+                };
+                joint.overrule(&x, &self.obstacles, row, &solution)
+            }
+            (None, _) | (_, None) => None,
+        };
+        let escaped = overruled.is_some();
+        Ok(Correction { solution: overruled.unwrap_or(solution), escaped, sample })
     }
 
     /// Collects the obstacles within sensing range, predicted to `now_ns`.
@@ -202,8 +223,13 @@ impl SafetyFilter {
 
     fn fill(&self, command: &mut SafeCommand, correction: &Correction, trusted: &Trusted<'_>) {
         let solution = &correction.solution;
-        let reason =
-            if solution.slack > self.slack_tolerance_mps { Reason::SlackNeeded } else { Reason::None };
+        let reason = if correction.escaped {
+            Reason::JointEscape
+        } else if solution.slack > self.slack_tolerance_mps {
+            Reason::SlackNeeded
+        } else {
+            Reason::None
+        };
         command.status = rung(reason).code();
         command.reason = reason.code();
         command.control = solution.u;

@@ -8,7 +8,7 @@ use messages::{Reason, SafetyStatus};
 pub const fn rung(reason: Reason) -> SafetyStatus {
     match reason {
         Reason::None => SafetyStatus::Filtered,
-        Reason::SlackNeeded => SafetyStatus::Relaxed,
+        Reason::SlackNeeded | Reason::JointEscape => SafetyStatus::Relaxed,
         Reason::StopRequested
         | Reason::NoRobotState
         | Reason::StaleRobotState

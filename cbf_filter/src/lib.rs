@@ -10,6 +10,7 @@
 mod brake;
 mod class_models;
 mod filter;
+mod joint;
 mod ladder;
 mod model;
 mod prediction;

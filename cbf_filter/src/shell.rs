@@ -120,7 +120,9 @@ impl Work for FilterProcess {
 fn count(command: &SafeCommand, health: &mut HealthReporter) {
     let braking = [SafetyStatus::Braking.code(), SafetyStatus::Stopped.code()].contains(&command.status);
     match Reason::try_from(command.reason) {
-        Ok(Reason::StopRequested | Reason::None | Reason::SlackNeeded) | Err(_) => health.accepted(1),
+        Ok(Reason::StopRequested | Reason::None | Reason::SlackNeeded | Reason::JointEscape) | Err(_) => {
+            health.accepted(1);
+        }
         Ok(reason) if braking => health.refused(reason),
         Ok(_) => {}
     }

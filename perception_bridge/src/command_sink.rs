@@ -160,6 +160,7 @@ const fn has_good_nominal(reason: Reason) -> bool {
         | Reason::SolverFailed => true,
         Reason::None
         | Reason::SlackNeeded
+        | Reason::JointEscape
         | Reason::StopRequested
         | Reason::NoRobotState
         | Reason::StaleRobotState

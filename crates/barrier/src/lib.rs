@@ -14,6 +14,8 @@
 //! | composite `h(x, t)`, `L_g h`, `L_f h`, `∂h/∂t` (eq. `h_cn_to_h`) | [`CompositeBarrier`] |
 //! | CBF-QP (eq. `cbf_qp`), softened by one slack | [`CbfQp`] |
 //!
+//! Beyond the paper: [`JointEscape`] looks ahead for a manoeuvre that keeps clear of everybody at once.
+//!
 //! Nothing that is called once per cycle allocates after construction; `tests/allocation.rs` counts.
 //!
 //! Results of one [`Kernel`] do not depend on the machine's mathematics library: the network uses its
@@ -26,6 +28,7 @@ mod elementary;
 mod encoding;
 mod failure;
 mod fit;
+mod joint;
 mod kernel;
 mod lanes;
 #[cfg(target_arch = "x86_64")]
@@ -52,6 +55,7 @@ pub use domain::{DomainError, PlacedState, TrainedDomain};
 pub use encoding::{InputEncoding, LAYER_WIDTHS};
 pub use failure::FailureFunction;
 pub use fit::{Expected, ModelMismatch};
+pub use joint::{Escape, JointEscape, JointHorizon, JointRobot};
 pub use kernel::{Kernel, KernelError};
 pub use metadata::{Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, ModelMetadata, TrainingRecord};
 pub use model::Model;

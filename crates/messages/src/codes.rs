@@ -111,6 +111,8 @@ wire_codes! {
         SlackNeeded = 1 => "slack_needed",
         /// The nominal controller asked for a halt.
         StopRequested = 2 => "stop_requested",
+        /// The filter took a manoeuvre that keeps clear of everybody at once, as far as one does, not the CBF-QP's control.
+        JointEscape = 3 => "joint_escape",
         /// No robot state has arrived yet.
         NoRobotState = 10 => "no_robot_state",
         /// The newest robot state is too old.

@@ -22,6 +22,7 @@ pub(crate) const fn reason(reason: Reason) -> &'static str {
     match reason {
         Reason::None => "nothing is wrong",
         Reason::SlackNeeded => "the CBF-QP needed slack beyond its tolerance",
+        Reason::JointEscape => "a manoeuvre clear of everybody took the place of the CBF-QP's control",
         Reason::StopRequested => "the nominal controller asked for a halt",
         Reason::NoRobotState => "no robot state has arrived yet",
         Reason::StaleRobotState => "the newest robot state is too old",

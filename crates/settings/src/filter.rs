@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::EMBEDDED_PREFIX;
+use crate::JointSettings;
 use crate::error::{Checked, non_negative, positive, positive_ms, require};
 
 /// Which evaluation kernel computes the barrier.
@@ -91,6 +92,9 @@ pub struct FilterSettings {
     /// Models for obstacles of a class, written like `model`; a class that is absent, and `unknown`, take `model`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub class_models: BTreeMap<ClassName, String>,
+    /// People treated jointly and ahead of time; not at all if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<JointSettings>,
 }
 
 impl FilterSettings {
@@ -125,7 +129,8 @@ impl FilterSettings {
         positive_ms("filter.estimator_max_silence_ms", self.estimator_max_silence_ms)?;
         positive_ms("filter.detections_max_age_ms", self.detections_max_age_ms)?;
         positive_ms("filter.nominal_max_silence_ms", self.nominal_max_silence_ms)?;
-        positive_ms("filter.future_tolerance_ms", self.future_tolerance_ms)
+        positive_ms("filter.future_tolerance_ms", self.future_tolerance_ms)?;
+        self.joint.as_ref().map_or(Ok(()), JointSettings::validate)
     }
 }
 

@@ -10,6 +10,7 @@ mod covered;
 mod error;
 mod estimator;
 mod filter;
+mod joint;
 mod nominal;
 mod offline;
 mod realtime;
@@ -31,6 +32,7 @@ pub use estimator::{
     EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, ManoeuvreSettings, NoiseSettings,
 };
 pub use filter::{ClassName, FilterSettings, FilterTrigger, KernelChoice};
+pub use joint::{JointSettings, JointUse};
 pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings, PurePursuitSettings};
 pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
 pub use realtime::{ProcessRealtime, RealtimeSettings, SchedulerKind, WaitKind};

@@ -98,6 +98,8 @@ class Reason(Code):
     SLACK_NEEDED = 1
     #: The nominal controller asked for a halt.
     STOP_REQUESTED = 2
+    #: The filter took a manoeuvre that keeps clear of everybody at once, as far as one does, not the CBF-QP's control.
+    JOINT_ESCAPE = 3
     #: No robot state has arrived yet.
     NO_ROBOT_STATE = 10
     #: The newest robot state is too old.
