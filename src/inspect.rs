@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use barrier::Model;
-use messages::NominalCommand;
+use messages::{NominalCommand, SafeCommand};
 use reachability::ValueFunction;
 use recording::{McapReader, read_wire};
 use report::commanders;
@@ -36,14 +36,37 @@ pub(crate) fn inspect(args: &InspectArgs) -> anyhow::Result<bool> {
         }
     };
     anyhow::ensure!(args.plot.is_none(), "{name} is a {kind}; --plot draws models");
-    if !args.json {
-        println!("{name}: {kind}");
-        for line in who_commanded(&contents) {
-            println!("{line}");
-        }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&contents)?);
+        return Ok(true);
     }
-    println!("{}", serde_json::to_string_pretty(&contents)?);
+    println!("{name}: {kind}");
+    match kind {
+        "recording" => recorded(&contents).iter().for_each(|line| println!("{line}")),
+        _ => println!("{}", serde_json::to_string_pretty(&contents)?),
+    }
     Ok(true)
+}
+
+/// What a recording holds, in lines of text.
+fn recorded(contents: &serde_json::Value) -> Vec<String> {
+    let text = |value: &serde_json::Value| value.as_str().unwrap_or("?").to_owned();
+    let rows = |key: &str| contents[key].as_array().map_or(&[][..], Vec::as_slice);
+    let seconds = contents["duration_s"].as_f64().unwrap_or(0.0);
+    let mut lines = vec![format!("{} messages in {seconds:.1} s", contents["messages"])];
+    lines.extend(rows("channels").iter().map(|channel| {
+        let unreadable = if channel["is_readable"] == true { "" } else { ", which nothing here reads" };
+        format!(
+            "{:>9}  {}  {} ({}){unreadable}",
+            channel["messages"],
+            text(&channel["topic"]),
+            text(&channel["type"]),
+            text(&channel["encoding"])
+        )
+    }));
+    lines.extend(who_commanded(contents));
+    lines.extend(rows("damage").iter().map(|damage| format!("damage: {}", text(damage))));
+    lines
 }
 
 /// One line for each entry of `commanded_by`, if the contents have any.
@@ -84,7 +107,10 @@ fn recording(args: &InspectArgs) -> anyhow::Result<serde_json::Value> {
     // A recording of another robot's ROS 2 graph has none.
     let nominal = read_wire::<NominalCommand>(&args.file).unwrap_or_default();
     let nominal: Vec<_> = nominal.into_iter().map(|(_, command)| command).collect();
-    let first_ns = summary.log_span_ns.map_or(0, |(first_ns, _)| first_ns);
+    // The same beginning as that of verdicts and reports.
+    let first_command = read_wire::<SafeCommand>(&args.file).unwrap_or_default().into_iter().next();
+    let began_ns = first_command.map(|(_, command)| command.ledger.filter_woke_ns);
+    let first_ns = began_ns.or(summary.log_span_ns.map(|(first_ns, _)| first_ns)).unwrap_or(0);
     let seconds = |time_ns: u64| time_ns.saturating_sub(first_ns) as f64 * 1e-9;
     let commanded_by: Vec<_> = commanders(&nominal)
         .iter()
@@ -128,5 +154,23 @@ mod tests {
             ]
         );
         assert!(who_commanded(&serde_json::json!({ "hash": 7 })).is_empty());
+    }
+
+    #[test]
+    fn a_recording_is_told_in_lines_of_text() {
+        let channel = |topic: &str, is_readable: bool| serde_json::json!({ "topic": topic, "type": "a/B", "encoding": "cdr", "messages": 7, "is_readable": is_readable });
+        let contents = serde_json::json!({
+            "messages": 14, "duration_s": 2.04, "channels": [channel("/odom", true), channel("/scan", false)],
+            "commanded_by": [], "damage": ["one chunk is missing"],
+        });
+        assert_eq!(
+            recorded(&contents),
+            [
+                "14 messages in 2.0 s",
+                "        7  /odom  a/B (cdr)",
+                "        7  /scan  a/B (cdr), which nothing here reads",
+                "damage: one chunk is missing",
+            ]
+        );
     }
 }

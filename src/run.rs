@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use perception_bridge::{Playback, simulated_scenario};
+use perception_bridge::{Playback, RosSource, simulated_scenario};
 use report::{Outcome, RunRecord, Verdict};
 use settings::{ControllerKind, Ros2Settings, ScenarioSettings, Settings};
 
@@ -141,8 +141,12 @@ impl Live<'_> {
         // A model that does not fit is refused here, before five processes refuse it one by one.
         let model = cbf_filter::load_model(&self.settings.filter.model)?;
         cbf_filter::SafetyFilter::new(self.settings, &model)?;
-        if let Source::Mcap(file) = self.source {
-            recording::McapReader::open(file)?;
+        match self.source {
+            Source::Sim => {}
+            Source::Mcap(file) => {
+                recording::McapReader::open(file)?;
+            }
+            Source::Ros2 => RosSource::check(self.settings, self.shadow)?,
         }
         let folder = run_folder::create(self.report)?;
         let recording = self.record.map_or_else(|| folder.join("run.mcap"), std::path::Path::to_owned);

@@ -135,3 +135,14 @@ fn an_environment_that_names_no_domain_is_refused() {
     assert_eq!(said.code, 2, "{said:?}");
     assert!(said.err.contains("ROS_DOMAIN_ID=`233`") && said.err.contains("0 to 232"), "{}", said.err);
 }
+
+#[test]
+fn a_whole_run_is_refused_for_it_before_any_process_starts() {
+    let (domain, folder) = (ScopedDomain::new(), scratch("ros2_no_domain"));
+    let mut run = cncbf(&domain, &folder);
+    run.env("ROS_DOMAIN_ID", "abc");
+    let said = Said::by(run, &[&"run", &"--source", &"ros2", &"--report", &"report"]);
+    assert_eq!(said.code, 2, "{said:?}");
+    assert!(said.err.contains("ROS_DOMAIN_ID=`abc`"), "{}", said.err);
+    assert!(!folder.join("report").exists(), "a run folder for nothing");
+}

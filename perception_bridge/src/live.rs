@@ -100,7 +100,17 @@ impl RosSource {
         Self::open_in(Environment::read()?, settings, shadow)
     }
 
-    fn open_in(environment: Environment, settings: &Settings, shadow: bool) -> Result<Self, RosError> {
+    /// Whether environment and settings name a place in a graph that can be taken, without joining it.
+    ///
+    /// # Errors
+    /// As [`Self::open`], but for what DDS may refuse.
+    pub fn check(settings: &Settings, shadow: bool) -> Result<(), RosError> {
+        Environment::read()?;
+        Self::place(settings, shadow).map(|_| ())
+    }
+
+    /// The settings of the robot's place in the graph.
+    fn place(settings: &Settings, shadow: bool) -> Result<Ros2Settings, RosError> {
         match settings.robot.kind {
             RobotKind::Unicycle => {}
             RobotKind::DoubleIntegrator => return Err(RosError::TakesAccelerations),
@@ -112,6 +122,11 @@ impl RosSource {
         {
             return Err(RosError::HearsItself { topic });
         }
+        Ok(ros2)
+    }
+
+    fn open_in(environment: Environment, settings: &Settings, shadow: bool) -> Result<Self, RosError> {
+        let ros2 = Self::place(settings, shadow)?;
         let mut graph = Graph::join(&ros2, environment)?;
         let intake = Intake::new(settings);
         let time = intake.ros_time();

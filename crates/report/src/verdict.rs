@@ -104,6 +104,9 @@ pub struct Verdict {
     pub interventions: Interventions,
     /// Share of time on each rung.
     pub time_shares: TimeShares,
+    /// When the run began, stack clock, ns: the first filter cycle.
+    #[serde(default)]
+    pub start_ns: u64,
     /// Which nominal controllers commanded, one after the other, and when.
     #[serde(default)]
     pub commanders: Vec<Segment>,
@@ -153,6 +156,7 @@ impl Verdict {
             max_slack_mps: with_barrier().map(|command| command.slack_mps).fold(0.0, f64::max),
             infeasible_cycles: with_barrier().filter(|command| command.hard_margin_mps < 0.0).count() as u64,
             interventions,
+            start_ns: record.start_ns(),
             commanders: commanders(&record.nominal_commands),
             shadow: record.shadow.then(|| Shadow::of(record, &interventions)),
             time_shares: TimeShares::of(&spans),

@@ -61,11 +61,10 @@ impl fmt::Display for Verdict {
 }
 
 impl Verdict {
-    /// Who commanded, and when each of them began, s after the first command of all.
+    /// Who commanded, and when each of them began, s after the beginning of the run.
     pub(crate) fn commanders_in_order(&self) -> String {
-        let first_ns = self.commanders.first().map_or(0, |segment| segment.start_ns);
         let told = self.commanders.iter().map(|segment| {
-            let since_s = segment.start_ns.saturating_sub(first_ns) as f64 * 1e-9;
+            let since_s = segment.start_ns.saturating_sub(self.start_ns) as f64 * 1e-9;
             let gap_ms = segment.gap_ns as f64 * 1e-6;
             match segment.gap_ns {
                 0 => format!("{} from {since_s:.2} s", segment.name),

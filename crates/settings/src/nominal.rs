@@ -21,6 +21,19 @@ pub enum ControllerKind {
     External,
 }
 
+impl ControllerKind {
+    /// Its name in settings and on the command line.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::Mpc => "mpc",
+            Self::Lqr => "lqr",
+            Self::Hold => "hold",
+            Self::PurePursuit => "pure_pursuit",
+            Self::External => "external",
+        }
+    }
+}
+
 /// Weights and horizon of the unicycle MPC.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -111,7 +124,7 @@ impl NominalSettings {
         };
         let requirement =
             "mpc or pure_pursuit for a unicycle, lqr for a double integrator, hold or external for both";
-        require(fits, "nominal.controller", self.controller, requirement)?;
+        require(fits, "nominal.controller", self.controller.label(), requirement)?;
         let mpc = &self.mpc;
         require(mpc.horizon_steps > 0, "nominal.mpc.horizon_steps", mpc.horizon_steps, "at least 1")?;
         positive("nominal.mpc.step_s", mpc.step_s)?;
@@ -136,7 +149,7 @@ impl NominalSettings {
             }
             None if self.controller == ControllerKind::PurePursuit => Err(invalid(
                 "nominal.controller",
-                &self.controller,
+                &self.controller.label(),
                 "accompanied by a table [nominal.pure_pursuit] with lookahead_m and speed_mps",
             )),
             None => Ok(()),

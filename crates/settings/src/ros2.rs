@@ -161,7 +161,7 @@ impl Ros2Settings {
         require(
             self.nominal_topic.is_none() || controller == ControllerKind::External,
             "nominal.controller",
-            controller,
+            controller.label(),
             "`external` where source.ros2.nominal_topic names whose commands are filtered",
         )
     }
