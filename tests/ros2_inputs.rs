@@ -11,6 +11,9 @@ mod command;
 mod driven;
 #[path = "stack/peer.rs"]
 mod peer;
+#[path = "stack/ros2.rs"]
+#[expect(dead_code, reason = "the settings of these drives name what is heard, not how")]
+mod ros2;
 #[path = "stack/witness.rs"]
 #[expect(dead_code, reason = "the witness of faults knows more ways to wait")]
 mod witness;
@@ -20,9 +23,10 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use command::{Said, at, cncbf, scratch};
-use driven::{PATIENCE_S, assert_driven, drive, interrupt, number, robot, stack};
+use driven::{PATIENCE_S, assert_driven, drive, robot};
 use messages::{Detections, MAX_OBSTACLES, Message, ProcessId, Reason, SafetyStatus, SourceStatus};
 use node_runtime::{Clock, Node, RealClock, ScopedDomain, Subscriber};
+use ros2::{interrupt, number, stack};
 use serde_json::Value;
 use witness::Witness;
 
@@ -83,12 +87,12 @@ fn the_robots_own_commands_are_filtered_and_nobody_speaks_of_a_goal() {
 fn an_upstream_that_dies_is_braked_for() {
     let Some(python) = peer::python_or_say() else { return };
     let (domain, folder) = (ScopedDomain::new(), scratch("ros2_upstream_dies"));
-    let domain_id = peer::domain_id(2).to_string();
+    let domain_id = peer::domain_id(2);
     let config = settings(&folder, "nominal_topic = \"/cmd_vel_smoothed\"", "external");
     let mut witness = Witness::join(&domain, "cncbf");
-    let stack = stack(&domain, &folder, &domain_id, &["--config", config.to_str().expect("a plain path")]);
+    let stack = stack(&domain, &folder, domain_id, &["--config", config.to_str().expect("a plain path")]);
     let peer = ["--aim", "upstream", "--upstream-seconds", "2", "--seconds", "60"];
-    let mut peer = robot(python, &domain_id, &peer).spawn().expect("the peer starts");
+    let mut peer = robot(python, domain_id, &peer).spawn().expect("the peer starts");
     witness.watch_until_it_drives(0);
     let stopped = SafetyStatus::Stopped.code();
     witness.watch_until("the robot to stand for want of commands", |witness| {

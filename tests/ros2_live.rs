@@ -8,38 +8,23 @@ mod command;
 mod driven;
 #[path = "stack/peer.rs"]
 mod peer;
+#[path = "stack/ros2.rs"]
+mod ros2;
 #[path = "stack/witness.rs"]
 mod witness;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use command::{Said, at, cncbf, count, scratch};
-use driven::{PATIENCE_S, assert_driven, drive, interrupt, number, robot, stack};
+use driven::{PATIENCE_S, assert_driven, drive, robot};
 use messages::{Reason, SafetyStatus};
 use node_runtime::{Clock, RealClock, ScopedDomain};
+use ros2::{interrupt, number, settings, stack};
 use serde_json::Value;
 use witness::Witness;
 
 /// From the death of the robot's peer on, no cycle that begins later than this may do anything but brake, ns.
 const LIMIT_NS: u64 = 100_000_000;
-
-/// The shipped settings with a place in the graph that asks for these messages.
-fn settings(folder: &Path, obstacles: &str, reliability: &str, command: &str) -> PathBuf {
-    let graph = format!(
-        "[source.ros2]\nnode_name = \"filter\"\nnamespace = \"/robot\"\nobstacles = \"{obstacles}\"\n\
-         reliability = \"{reliability}\"\ncommand_topic = \"/cmd_vel\"\ncommand = \"{command}\"\ncommand_period_ms = 10\n"
-    );
-    let topics = |text: &str| {
-        text.replacen("odometry_topic = \"\"", "odometry_topic = \"/odom\"", 1)
-            .replacen("detections_topic = \"\"", "detections_topic = \"/detections\"", 1)
-            .replacen("goal_topic = \"\"", "goal_topic = \"/goal_pose\"", 1)
-    };
-    let shipped = topics(include_str!("../config/ground_robot.toml"));
-    let file = folder.join("graph.toml");
-    std::fs::write(&file, shipped.replacen("[simulation]", &(graph + "\n[simulation]"), 1))
-        .expect("writable");
-    file
-}
 
 /// Asserts what a judge outside the stack can see of a good drive.
 fn assert_reached(said: &Said, seen: &Value, log: &str) {
@@ -93,11 +78,10 @@ fn a_quality_of_service_that_does_not_fit_is_named_and_the_robot_kept_standing()
 #[test]
 fn a_peer_that_is_killed_is_braked_for_and_its_successor_driven_to_the_goal() {
     let Some(python) = peer::python_or_say() else { return };
-    let (domain, folder, domain_id) =
-        (ScopedDomain::new(), scratch("ros2_killed"), peer::domain_id(3).to_string());
+    let (domain, folder, domain_id) = (ScopedDomain::new(), scratch("ros2_killed"), peer::domain_id(3));
     let mut witness = Witness::join(&domain, "cncbf");
-    let stack = stack(&domain, &folder, &domain_id, &[]);
-    let mut peer = robot(python, &domain_id, &["--seconds", PATIENCE_S]).spawn().expect("the peer starts");
+    let stack = stack(&domain, &folder, domain_id, &[]);
+    let mut peer = robot(python, domain_id, &["--seconds", PATIENCE_S]).spawn().expect("the peer starts");
     witness.watch_until_it_drives(0);
     peer.kill().expect("a running peer");
     let killed_ns = RealClock.now_ns();
@@ -114,7 +98,7 @@ fn a_peer_that_is_killed_is_braked_for_and_its_successor_driven_to_the_goal() {
         assert!(brakes && command.reason == Reason::StaleRobotState.code(), "{command:?}");
     }
     // It begins anew where the other one began; DDS will miss the dead one ten seconds from now.
-    let judged = robot(python, &domain_id, &["--seconds", PATIENCE_S]).output().expect("the peer starts");
+    let judged = robot(python, domain_id, &["--seconds", PATIENCE_S]).output().expect("the peer starts");
     drop(witness);
     interrupt(&stack);
     let said = Said::of(stack.wait_with_output().expect("the command ends"));

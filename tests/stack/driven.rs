@@ -1,41 +1,21 @@
 //! A stack beside a peer that simulates robot and people (`tests/judges/ros2_robot.py`), and what both say of the drive.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 
-use node_runtime::{Domain, ScopedDomain};
-use rustix::process::{Pid, Signal, kill_process};
+use node_runtime::ScopedDomain;
 use serde_json::Value;
 
-use crate::command::{Said, at, cncbf, scratch};
+use crate::command::{Said, at, scratch};
 use crate::peer;
+use crate::ros2::{interrupt, number, script, stack};
 
 /// How long the robot may take to its goal, s. Alone on a machine it needs ten.
 pub(crate) const PATIENCE_S: &str = "90";
 
-/// A stack that listens to ROS domain `domain_id`.
-pub(crate) fn stack(domain: &Domain, folder: &Path, domain_id: &str, config: &[&str]) -> Child {
-    cncbf(domain, folder)
-        .args(["run", "--source", "ros2", "--report", "report", "--json"])
-        .args(config)
-        .env("ROS_DOMAIN_ID", domain_id)
-        .env("ROS_LOCALHOST_ONLY", "1")
-        .env("RUST_LOG", "warn,rustdds=off,ros2_client=off")
-        .spawn()
-        .expect("the command starts")
-}
-
 /// The peer with its world.
-pub(crate) fn robot(python: &Path, domain_id: &str, arguments: &[&str]) -> Command {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judges/ros2_robot.py");
-    let mut command = Command::new(python);
-    command
-        .arg(script)
-        .args(["--domain", domain_id])
-        .args(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
+pub(crate) fn robot(python: &Path, domain_id: u32, arguments: &[&str]) -> Command {
+    script(python, "ros2_robot.py", domain_id, arguments)
 }
 
 /// A stack beside a peer: starts the stack, runs the peer to its end, interrupts the stack. What both said, and the
@@ -47,10 +27,9 @@ pub(crate) fn drive(
     peer: &[&str],
 ) -> Option<(Said, Value, String)> {
     let python = peer::python_or_say()?;
-    let (domain, folder, domain_id) =
-        (ScopedDomain::new(), scratch(name), peer::domain_id(offset).to_string());
-    let stack = stack(&domain, &folder, &domain_id, config);
-    let judged = robot(python, &domain_id, peer).output();
+    let (domain, folder, domain_id) = (ScopedDomain::new(), scratch(name), peer::domain_id(offset));
+    let stack = stack(&domain, &folder, domain_id, config);
+    let judged = robot(python, domain_id, peer).output();
     let judged = judged.expect("the peer starts");
     interrupt(&stack);
     let said = Said::of(stack.wait_with_output().expect("the command ends"));
@@ -60,16 +39,6 @@ pub(crate) fn drive(
     println!("{name}: {seen}");
     let log = std::fs::read_to_string(folder.join("report/bridge.log")).expect("the bridge's log");
     Some((said, seen, log))
-}
-
-/// Asks a running stack to end.
-pub(crate) fn interrupt(child: &Child) {
-    kill_process(Pid::from_child(child), Signal::INT).expect("a running stack");
-}
-
-/// A number that the peer said.
-pub(crate) fn number(seen: &Value, key: &str) -> f64 {
-    at(seen, key).as_f64().unwrap_or_else(|| panic!("{key} is no number in {seen}"))
 }
 
 /// Asserts what a judge outside the stack can see of a good drive.
