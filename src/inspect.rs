@@ -58,7 +58,7 @@ fn recorded(contents: &serde_json::Value) -> Vec<String> {
         let unreadable = if channel["is_readable"] == true { "" } else { ", which nothing here reads" };
         format!(
             "{:>9}  {}  {} ({}){unreadable}",
-            channel["messages"],
+            channel["messages"].as_u64().unwrap_or(0),
             text(&channel["topic"]),
             text(&channel["type"]),
             text(&channel["encoding"])
