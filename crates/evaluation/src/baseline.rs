@@ -1,13 +1,13 @@
 //! The paper's other methods in the filter's place.
 //!
-//! Not here: the methods (crate `baselines`); this is only their way into the closed loop.
+//! Not here: the methods (crate `baselines`), and how their answers reach the robot (`seat`).
 
 use barrier::Model;
-use baselines::{Inputs, Method, MethodKind, MethodParameters, Verdict};
+use baselines::{MethodKind, MethodParameters};
 use settings::{RobotKind, Settings};
 
+use crate::seat::Seat;
 use crate::variant::Robot;
-use crate::whole_method::{MethodCommand, MethodInputs, WholeMethod};
 
 pub use baselines::MethodSetupError as BaselineError;
 
@@ -24,16 +24,12 @@ impl Baseline {
         Some(Self { parameters: MethodParameters::published(kind) })
     }
 
-    /// Sets it up, and says how often it is stepped, ns.
-    pub(crate) fn build(
-        &self,
-        settings: &Settings,
-        model: &Model,
-    ) -> Result<(Box<dyn WholeMethod>, u64), BaselineError> {
+    /// Sets it up in the filter's place.
+    pub(crate) fn seat(&self, settings: &Settings, model: &Model) -> Result<Seat, BaselineError> {
         let method = self.parameters.build(settings, Some(model))?;
         let kind = self.parameters.kind();
         let corrects_nominal = kind.robot() == RobotKind::DoubleIntegrator;
-        Ok((Box::new(Adapter { method, corrects_nominal }), kind.published_period_ns()))
+        Ok(Seat::new(settings, method, corrects_nominal, kind.published_period_ns()))
     }
 }
 
@@ -47,36 +43,4 @@ fn kinds(robot: Robot) -> impl Iterator<Item = MethodKind> {
         RobotKind::Unicycle => robot == Robot::Ground,
         RobotKind::DoubleIntegrator => robot == Robot::Quadrotor,
     })
-}
-
-struct Adapter {
-    method: Box<dyn Method>,
-    corrects_nominal: bool,
-}
-
-impl WholeMethod for Adapter {
-    fn corrects_nominal(&self) -> bool {
-        self.corrects_nominal
-    }
-
-    fn step(&mut self, inputs: &MethodInputs<'_>, now_ns: u64) -> Option<MethodCommand> {
-        let inputs = Inputs {
-            robot_state: inputs.robot_state,
-            obstacles: inputs.obstacles,
-            goal: inputs.goal,
-            nominal: inputs.nominal,
-        };
-        let output = self.method.step(&inputs, now_ns).ok()?;
-        Some(MethodCommand {
-            control: output.control,
-            feasible: match output.verdict {
-                // The verdict knows the method's own tolerance; a slack within it is no failure.
-                Verdict::Feasible => true,
-                Verdict::IterationLimit | Verdict::Infeasible | Verdict::SolverFailed => false,
-            },
-            slack: output.slack,
-            hard_margin: output.hard_feasibility_margin,
-            obstacle_count: output.obstacle_count,
-        })
-    }
 }

@@ -31,7 +31,6 @@ mod tally;
 mod variant;
 mod virtual_stack;
 mod watched;
-mod whole_method;
 
 pub use baseline::BaselineError;
 pub use campaign::{Campaign, CampaignError, Done, Progress};
@@ -48,4 +47,3 @@ pub use table_file::{TableError, read_table, write_table};
 pub use variant::{Robot, Variant, VariantError, WORLD};
 pub use virtual_stack::{START_NS, SetupError, VirtualStack};
 pub use watched::ALLOWED_OVERLAPS_M;
-pub use whole_method::{MethodCommand, MethodInputs, WholeMethod};

@@ -55,8 +55,7 @@ pub fn run(
     let mut stack = match &variant.mind {
         Mind::Filter | Mind::Nobody => VirtualStack::new(&settings, &variant.model, source)?,
         Mind::Baseline(baseline) => {
-            let (method, period_ns) = baseline.build(&settings, &variant.model)?;
-            VirtualStack::with_method(&settings, source, method, period_ns)?
+            VirtualStack::with_method(&settings, source, baseline.seat(&settings, &variant.model)?)?
         }
     };
     stack.start_timing();

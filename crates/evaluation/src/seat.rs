@@ -1,27 +1,35 @@
 //! The filter's place in the virtual stack, taken by another method: holds its control between its own due times and writes
 //! what it says as the filter would.
 
+use baselines::{Inputs, Method, MethodOutput, Verdict};
 use bytemuck::Zeroable;
 use messages::{ControlKind, Goal, Reason, SafeCommand, SafetyStatus};
 use settings::{RobotKind, Settings};
 
 use crate::stopwatch::Stopwatch;
-use crate::whole_method::{MethodCommand, MethodInputs, WholeMethod};
 
 /// A method with its rate.
 pub(crate) struct Seat {
-    method: Box<dyn WholeMethod>,
+    method: Box<dyn Method>,
+    corrects_nominal: bool,
     control_kind: ControlKind,
     period_ns: u64,
     due_ns: u64,
-    held: Option<MethodCommand>,
+    held: Option<MethodOutput>,
     sequence: u64,
 }
 
 impl Seat {
-    pub(crate) fn new(settings: &Settings, method: Box<dyn WholeMethod>, period_ns: u64) -> Self {
+    /// `method`, stepped every `period_ns`. A planner corrects no nominal command, so that no nominal controller runs beside it.
+    pub(crate) fn new(
+        settings: &Settings,
+        method: Box<dyn Method>,
+        corrects_nominal: bool,
+        period_ns: u64,
+    ) -> Self {
         Self {
             method,
+            corrects_nominal,
             control_kind: match settings.robot.kind {
                 RobotKind::Unicycle => ControlKind::Unicycle,
                 RobotKind::DoubleIntegrator => ControlKind::DoubleIntegrator,
@@ -34,8 +42,8 @@ impl Seat {
     }
 
     /// Whether a nominal controller has to run beside the method.
-    pub(crate) fn needs_nominal(&self) -> bool {
-        self.method.corrects_nominal()
+    pub(crate) const fn needs_nominal(&self) -> bool {
+        self.corrects_nominal
     }
 
     /// Steps the method where it is due, and says what the robot hears: the command, and whether it hears any. Where the
@@ -49,14 +57,14 @@ impl Seat {
     ) -> (SafeCommand, bool) {
         if now_ns >= self.due_ns {
             self.due_ns = self.due_ns.max(now_ns - now_ns % self.period_ns.max(1)) + self.period_ns;
-            let inputs = MethodInputs {
+            let inputs = Inputs {
                 robot_state: inputs.robot_state,
                 obstacles: inputs.obstacles,
                 goal,
                 nominal: inputs.nominal,
             };
             let method = &mut self.method;
-            self.held = stopwatch.tick(|| method.step(&inputs, now_ns));
+            self.held = stopwatch.tick(|| method.step(&inputs, now_ns)).ok();
         }
         self.sequence += 1;
         (self.told(inputs), self.held.is_some())
@@ -76,17 +84,19 @@ impl Seat {
             ..SafeCommand::zeroed()
         };
         if let Some(held) = self.held {
-            let (status, reason) = if held.feasible {
-                (SafetyStatus::Filtered, Reason::None)
-            } else {
-                (SafetyStatus::Relaxed, Reason::SlackNeeded)
+            let (status, reason) = match held.verdict {
+                // The verdict knows the method's own tolerance; a slack within it is no failure.
+                Verdict::Feasible => (SafetyStatus::Filtered, Reason::None),
+                Verdict::IterationLimit | Verdict::Infeasible | Verdict::SolverFailed => {
+                    (SafetyStatus::Relaxed, Reason::SlackNeeded)
+                }
             };
             command.status = status.code();
             command.reason = reason.code();
             command.control = held.control;
             command.nominal = inputs.nominal.map_or(held.control, |nominal| nominal.control);
             command.slack_mps = held.slack;
-            command.hard_margin_mps = held.hard_margin;
+            command.hard_margin_mps = held.hard_feasibility_margin;
             command.obstacle_count = held.obstacle_count;
         }
         command

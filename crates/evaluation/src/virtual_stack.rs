@@ -12,7 +12,6 @@ use settings::Settings;
 
 use crate::seat::Seat;
 use crate::stopwatch::Stopwatch;
-use crate::whole_method::WholeMethod;
 
 const NS_PER_MS: u64 = 1_000_000;
 
@@ -70,18 +69,12 @@ impl<S: Source + ?Sized> VirtualStack<S> {
         Self::with(settings, source, filter.kernel(), Corrector::Filter(Box::new(filter)))
     }
 
-    /// The same with `method` in the filter's place. It is stepped at the first of the filter's ticks at or after each of
-    /// its own due times, `period_ns` apart; between them its last control is held.
+    /// The same with a method in the filter's place. It is stepped at the first of the filter's ticks at or after each of
+    /// its own due times; between them its last control is held.
     ///
     /// # Errors
     /// [`SetupError`] if the nominal controller refuses its settings.
-    pub fn with_method(
-        settings: &Settings,
-        source: Box<S>,
-        method: Box<dyn WholeMethod>,
-        period_ns: u64,
-    ) -> Result<Self, SetupError> {
-        let seat = Seat::new(settings, method, period_ns);
+    pub(crate) fn with_method(settings: &Settings, source: Box<S>, seat: Seat) -> Result<Self, SetupError> {
         let kernel = cbf_filter::chosen_kernel(settings.filter.kernel);
         Self::with(settings, source, kernel, Corrector::Method(Box::new(seat)))
     }
