@@ -31,7 +31,8 @@ pub enum Cause {
     /// The touched person left the modelled bounds in the half second before the method became infeasible, or between that
     /// and the contact.
     BoundsExceeded,
-    /// When the method became infeasible, everyone in sight alone could have been avoided (each pairwise margin ≥ 0).
+    /// When the method became infeasible, two people or more were in sight and each of them alone could have been avoided (each
+    /// pairwise margin ≥ 0).
     BoxedIn,
     /// None of these: the method, its barrier, the estimator or the plant.
     FilterFault,
@@ -155,7 +156,7 @@ impl<'a> Investigator<'a> {
         if watched.left_bounds_between(contact.person_id, from_ns, contact.time_ns) {
             return Ok(Cause::BoundsExceeded);
         }
-        if onset_ns.is_some() && self.everyone_alone_was_avoidable()? {
+        if onset_ns.is_some() && self.several_and_each_alone_avoidable()? {
             return Ok(Cause::BoxedIn);
         }
         Ok(Cause::FilterFault)
@@ -170,11 +171,16 @@ impl<'a> Investigator<'a> {
         Ok(alone.is_some_and(|command| command.h_m < 0.0))
     }
 
-    /// Whether at the onset every single person left some admissible control.
-    fn everyone_alone_was_avoidable(&self) -> Result<bool, FilterSetupError> {
+    /// Whether at the onset there were several people in sight and every single one left some admissible control. A method
+    /// that gives up in front of one person who could have been avoided was not boxed in.
+    fn several_and_each_alone_avoidable(&self) -> Result<bool, FilterSetupError> {
         let Some((snapshot, _)) = &self.onset else { return Ok(false) };
         let Snapshot { now_ns, robot_state, obstacles } = &**snapshot;
-        for obstacle in obstacles.as_slice().iter().filter(|obstacle| self.in_range(robot_state, obstacle)) {
+        let in_sight = || obstacles.as_slice().iter().filter(|obstacle| self.in_range(robot_state, obstacle));
+        if in_sight().count() < 2 {
+            return Ok(false);
+        }
+        for obstacle in in_sight() {
             let alone = self.alone(obstacle, robot_state, *now_ns)?;
             if !alone.is_some_and(|command| command.hard_margin_mps >= 0.0) {
                 return Ok(false);
