@@ -69,6 +69,7 @@ impl<R: PairRow> Method for RowFilter<R> {
         Ok(MethodOutput {
             control: solution.control,
             verdict,
+            demands_met: verdict == Verdict::Feasible,
             slack: solution.largest_slack,
             hard_feasibility_margin: margin,
             cost: (0..2).map(|k| (solution.control[k] - u_nom[k]).powi(2)).sum(),

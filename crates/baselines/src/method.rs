@@ -25,7 +25,7 @@ pub enum Verdict {
     /// Some demand is not met: of a planner, at the end of its search and so at least near its guess; of a filter, by no
     /// admissible control.
     Infeasible,
-    /// A planner's search ended early. Whether its plan meets every demand, [`MethodOutput::slack`] says.
+    /// A planner's search ended early. Whether its plan meets every demand, [`MethodOutput::demands_met`] says.
     IterationLimit,
     /// The solver gave up. The control is the best one known before.
     SolverFailed,
@@ -38,6 +38,9 @@ pub struct MethodOutput {
     pub control: [f64; 2],
     /// What became of the problem.
     pub verdict: Verdict,
+    /// Whether what is given meets every demand within the method's own tolerance, however the search ended. Never with
+    /// [`Verdict::Infeasible`] or [`Verdict::SolverFailed`], always with [`Verdict::Feasible`].
+    pub demands_met: bool,
     /// By how much the worst demand is missed, ≥ 0; unit of the demands (planners m, VO-MPC rad; HO-CBF m/s², C3BF
     /// m²/s²). Small values above zero are usual with [`Verdict::Feasible`] too: solvers have tolerances, and a filter's
     /// active row gives way by its multiplier over the slack's weight.

@@ -92,14 +92,15 @@ impl<R: Demand> Planner<R> {
         Ok(SqpReport { iterations, qp_iterations, ..best })
     }
 
-    fn verdict(&self, report: &SqpReport, margin: f64) -> Verdict {
-        match report.status {
-            SqpStatus::Converged | SqpStatus::NoDescent if margin >= -self.feasibility_tolerance => {
-                Verdict::Feasible
-            }
-            SqpStatus::Converged | SqpStatus::NoDescent => Verdict::Infeasible,
-            SqpStatus::IterationLimit => Verdict::IterationLimit,
-            SqpStatus::QpFailed => Verdict::SolverFailed,
+    /// What became of the search, and whether its plan meets every demand. A plan found by a search that ended early may
+    /// well do; what is left after a failed one was planned for another moment.
+    fn verdict(&self, status: SqpStatus, margin: f64) -> (Verdict, bool) {
+        let is_within = margin >= -self.feasibility_tolerance;
+        match status {
+            SqpStatus::Converged | SqpStatus::NoDescent if is_within => (Verdict::Feasible, true),
+            SqpStatus::Converged | SqpStatus::NoDescent => (Verdict::Infeasible, false),
+            SqpStatus::IterationLimit => (Verdict::IterationLimit, is_within),
+            SqpStatus::QpFailed => (Verdict::SolverFailed, false),
         }
     }
 }
@@ -130,9 +131,11 @@ impl<R: Demand> Method for Planner<R> {
             .map_err(|_| NoControl::NonFinite { input: "robot_state, goal or obstacles" })?;
         self.planned_at_ns = Some(now_ns);
         let margin = if obstacle_count == 0 { f64::INFINITY } else { report.smallest_row.min(clearance_now) };
+        let (verdict, demands_met) = self.verdict(report.status, margin);
         Ok(MethodOutput {
             control: self.mpc.controls()[0],
-            verdict: self.verdict(&report, margin),
+            verdict,
+            demands_met,
             slack: (-margin).max(0.0),
             hard_feasibility_margin: margin,
             cost: report.cost,

@@ -1,7 +1,7 @@
 //! The filter's place in the virtual stack, taken by another method: holds its control between its own due times and writes
 //! what it says as the filter would.
 
-use baselines::{Inputs, Method, MethodOutput, Verdict};
+use baselines::{Inputs, Method, MethodOutput};
 use bytemuck::Zeroable;
 use messages::{ControlKind, Goal, Reason, SafeCommand, SafetyStatus};
 use settings::{RobotKind, Settings};
@@ -84,21 +84,85 @@ impl Seat {
             ..SafeCommand::zeroed()
         };
         if let Some(held) = self.held {
-            let (status, reason) = match held.verdict {
-                // The verdict knows the method's own tolerance; a slack within it is no failure.
-                Verdict::Feasible => (SafetyStatus::Filtered, Reason::None),
-                Verdict::IterationLimit | Verdict::Infeasible | Verdict::SolverFailed => {
-                    (SafetyStatus::Relaxed, Reason::SlackNeeded)
-                }
+            // The method knows its own tolerance; a slack within it is no failure, nor is a search that ended early with a plan
+            // that meets every demand.
+            let (status, reason) = if held.demands_met {
+                (SafetyStatus::Filtered, Reason::None)
+            } else {
+                (SafetyStatus::Relaxed, Reason::SlackNeeded)
             };
             command.status = status.code();
             command.reason = reason.code();
             command.control = held.control;
             command.nominal = inputs.nominal.map_or(held.control, |nominal| nominal.control);
             command.slack_mps = held.slack;
-            command.hard_margin_mps = held.hard_feasibility_margin;
+            // A margin below zero means that the demands could not be met; a tolerated one was met.
+            command.hard_margin_mps = if held.demands_met {
+                held.hard_feasibility_margin.max(0.0)
+            } else {
+                held.hard_feasibility_margin
+            };
             command.obstacle_count = held.obstacle_count;
         }
         command
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use baselines::{NoControl, Verdict};
+
+    use super::*;
+    use crate::variant::{Robot, Variant};
+
+    /// Says the same at every step.
+    struct Fixed(MethodOutput);
+
+    impl Method for Fixed {
+        fn step(&mut self, _: &Inputs<'_>, _: u64) -> Result<MethodOutput, NoControl> {
+            Ok(self.0)
+        }
+
+        fn reset(&mut self) {}
+    }
+
+    /// What the robot's log says of a planner that ended so.
+    fn told(verdict: Verdict, demands_met: bool, margin: f64) -> SafeCommand {
+        let variant = Variant::named(Robot::Ground, "no_filter", &[]).expect("a method of the tables");
+        let output = MethodOutput {
+            control: [0.5, 0.0],
+            verdict,
+            demands_met,
+            slack: (-margin).max(0.0),
+            hard_feasibility_margin: margin,
+            cost: 1.0,
+            iterations: 1,
+            obstacle_count: 1,
+        };
+        let mut seat = Seat::new(variant.settings(), Box::new(Fixed(output)), false, 50_000_000);
+        let inputs = cbf_filter::Inputs { robot_state: None, obstacles: None, nominal: None };
+        let (command, heard) = seat.step(&inputs, None, 0, &mut Stopwatch::stopped());
+        assert!(heard);
+        command
+    }
+
+    #[test]
+    fn a_search_that_ended_early_is_judged_by_its_plan() {
+        let met = told(Verdict::IterationLimit, true, 0.2);
+        assert_eq!((met.status, met.reason), (SafetyStatus::Filtered.code(), Reason::None.code()));
+        let missed = told(Verdict::IterationLimit, false, -0.2);
+        assert_eq!(
+            (missed.status, missed.reason),
+            (SafetyStatus::Relaxed.code(), Reason::SlackNeeded.code())
+        );
+        assert_eq!((missed.slack_mps, missed.hard_margin_mps), (0.2, -0.2));
+    }
+
+    #[test]
+    fn what_the_method_tolerates_is_no_missed_demand() {
+        let tolerated = told(Verdict::Feasible, true, -1e-5);
+        assert_eq!(tolerated.status, SafetyStatus::Filtered.code());
+        assert!(tolerated.hard_margin_mps >= 0.0 && tolerated.slack_mps == 1e-5, "{tolerated:?}");
+        assert_eq!(told(Verdict::SolverFailed, false, 0.3).status, SafetyStatus::Relaxed.code());
     }
 }
