@@ -3,6 +3,7 @@
 //! Nothing here looks at a column that a clock measured, so equal runs give equal summaries, byte for byte. Computing times
 //! are in `times`.
 
+mod pairs;
 mod tables;
 mod times;
 
@@ -12,8 +13,9 @@ use serde::Serialize;
 
 use crate::Cause;
 use crate::row::Row;
-use crate::statistics::{Spread, mcnemar_exact, wilson};
+use crate::statistics::{Spread, wilson};
 
+pub use pairs::Pair;
 pub use tables::{Table, markdown, tables, time_table};
 pub use times::{ComputeTime, compute_times};
 
@@ -91,31 +93,6 @@ pub struct Line {
     pub acceleration_exceeded_share: f64,
 }
 
-/// A method against the reference, on the scenarios that both have run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Pair {
-    /// Robot.
-    pub robot: String,
-    /// Number of people.
-    pub people: u32,
-    /// How contacts were judged.
-    pub radius: Radius,
-    /// The reference.
-    pub reference: String,
-    /// The other method.
-    pub method: String,
-    /// Scenarios that both have run.
-    pub scenarios: u64,
-    /// Scenarios in which the reference succeeded alone.
-    pub only_reference: u64,
-    /// Scenarios in which the other one did.
-    pub only_method: u64,
-    /// Two-sided p of McNemar's exact test.
-    pub p: f64,
-    /// Time of the other method over the reference's, where both succeeded.
-    pub time_ratio: Option<Spread>,
-}
-
 /// Everything that a table says.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
@@ -141,7 +118,7 @@ pub fn summarise(rows: &[Row], methods: &[String]) -> Summary {
             if let Some(reference) =
                 groups.get(&reference).filter(|reference| reference[0].method != group[0].method)
             {
-                summary.pairs.push(pair(reference, group, radius));
+                summary.pairs.push(pairs::pair(reference, group, radius));
             }
         }
     }
@@ -186,38 +163,5 @@ fn line(group: &[&Row], radius: Radius) -> Line {
         min_hard_margin: group.iter().filter_map(|row| row.min_hard_margin).min_by(f64::total_cmp),
         turn_rate_exceeded_share: mean(|row| row.turn_rate_exceeded_share),
         acceleration_exceeded_share: mean(|row| row.acceleration_exceeded_share),
-    }
-}
-
-fn pair(reference: &[&Row], other: &[&Row], radius: Radius) -> Pair {
-    let by_scenario: BTreeMap<&str, &Row> =
-        reference.iter().map(|row| (row.scenario.as_str(), *row)).collect();
-    let both: Vec<(&Row, &Row)> = other
-        .iter()
-        .filter_map(|row| Some((*by_scenario.get(row.scenario.as_str())?, *row)))
-        // A scenario of the same name from another file is another scenario.
-        .filter(|(one, row)| one.scenario_hash == row.scenario_hash)
-        .collect();
-    let count = |first: bool, second: bool| {
-        both.iter().filter(|(one, row)| (radius.success(one), radius.success(row)) == (first, second)).count()
-            as u64
-    };
-    let (only_reference, only_method) = (count(true, false), count(false, true));
-    let ratios: Vec<f64> = both
-        .iter()
-        .filter(|(one, row)| radius.success(one) && radius.success(row) && one.time_s > 0.0)
-        .map(|(one, row)| row.time_s / one.time_s)
-        .collect();
-    Pair {
-        robot: other[0].robot.clone(),
-        people: other[0].people,
-        radius,
-        reference: reference[0].method.clone(),
-        method: other[0].method.clone(),
-        scenarios: both.len() as u64,
-        only_reference,
-        only_method,
-        p: mcnemar_exact(only_reference, only_method),
-        time_ratio: Spread::of(&ratios),
     }
 }

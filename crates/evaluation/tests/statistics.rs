@@ -1,7 +1,7 @@
 //! Intervals and tests against statsmodels and SciPy: `tests/judges/evaluation_statistics_reference.py` made the numbers.
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
-use evaluation::statistics::{Spread, mcnemar_exact, wilson};
+use evaluation::statistics::{Spread, mcnemar_exact, paired_difference, wilson};
 use serde_json::Value;
 
 fn reference() -> Value {
@@ -30,6 +30,25 @@ fn paired_tests_agree_with_statsmodels() {
         let p = mcnemar_exact(case["only_first"].as_u64().unwrap(), case["only_second"].as_u64().unwrap());
         assert!((p - case["p"].as_f64().unwrap()).abs() < 1e-12, "{case}: {p}");
     }
+}
+
+#[test]
+fn paired_differences_agree_with_the_reference() {
+    let reference = reference();
+    let cases = reference["paired_difference"].as_array().unwrap();
+    assert!(cases.len() >= 10);
+    for case in cases {
+        let cells = ["both", "only_first", "only_second", "neither"].map(|name| case[name].as_u64().unwrap());
+        let number = |name: &str| case[name].as_f64().unwrap();
+        let [both, only_first, only_second, neither] = cells;
+        let (difference, [low, high]) = paired_difference(both, only_first, only_second, neither);
+        let gaps = [difference - number("difference"), low - number("low"), high - number("high")];
+        assert!(gaps.iter().all(|gap| gap.abs() < 1e-12), "{case}: {difference} {low} {high}");
+        let (turned, [turned_low, turned_high]) = paired_difference(both, only_second, only_first, neither);
+        assert!((turned + difference).abs() < 1e-15 && (turned_low + high).abs() < 1e-12, "{case}");
+        assert!((turned_high + low).abs() < 1e-12, "{case}");
+    }
+    assert_eq!(paired_difference(0, 0, 0, 0), (0.0, [-1.0, 1.0]));
 }
 
 #[test]

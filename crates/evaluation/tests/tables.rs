@@ -208,4 +208,49 @@ fn a_summary_counts_what_is_there() {
     assert_eq!((pair.method.as_str(), pair.reference.as_str(), pair.scenarios), ("sdf_mpc", "cn_cbf", 20));
     assert_eq!((pair.only_reference, pair.only_method, pair.p), (0, 0, 1.0));
     assert_eq!(pair.time_ratio.unwrap().median, 1.0);
+    assert_eq!((pair.both, pair.difference, pair.path_ratio.unwrap().median), (13, 0.0, 1.0));
+    assert!(pair.difference_interval[0] < 0.0 && pair.difference_interval[1] > 0.0);
+}
+
+#[test]
+fn every_table_is_told_for_both_radii_with_causes_and_finding() {
+    let rows: Vec<Row> = many()
+        .into_iter()
+        .map(|row| match row.method.as_str() {
+            // The rival succeeds where the reference does and in five scenarios less.
+            "sdf_mpc" if row.seed <= 6 => {
+                Row { success: false, collision: true, cause: "filter_fault".to_owned(), ..row }
+            }
+            _ => row,
+        })
+        .collect();
+    let told = tables(&summarise(&rows, &[]));
+    let of = |end: &str, radius: &str| {
+        told.iter().find(|table| table.title.ends_with(end) && table.title.contains(radius)).unwrap()
+    };
+    let causes = of("contacts by cause", "equal to the filter's");
+    assert_eq!(
+        causes.headings,
+        [
+            "people",
+            "method",
+            "runs",
+            "contacts",
+            "not_filtered",
+            "appeared_inside",
+            "bounds_exceeded",
+            "boxed_in",
+            "filter_fault"
+        ]
+    );
+    // Of seeds 1 to 20 at 5 people seven collide; the rival also has 2, 3, 5 and 6, and its own cause for 1 and 4.
+    assert_eq!(causes.rows[0][2..], ["20", "7", "0", "0", "0", "7", "0"]);
+    assert_eq!(causes.rows[1][2..], ["20", "11", "0", "0", "0", "5", "6"]);
+    assert!(of("contacts by cause", "5 cm smaller").rows.iter().all(|row| row[3] == "0"));
+    let finding = of("the paper's finding", "equal to the filter's");
+    assert_eq!(finding.rows[0][..4], ["5", "cn_cbf", "sdf_mpc", "+20.0"]);
+    assert_eq!(of("the paper's finding", "5 cm smaller").rows[0][8], "level");
+    for table in &told {
+        assert!(table.rows.iter().all(|row| row.len() == table.headings.len()), "{}", table.title);
+    }
 }

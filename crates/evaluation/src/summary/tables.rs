@@ -1,8 +1,11 @@
 //! Summaries as tables of words, and those as Markdown. Pages take the same tables.
 
+mod finding;
+
 use core::fmt::Write as _;
 
 use super::{ComputeTime, Line, Pair, Radius, Summary};
+use crate::Cause;
 use crate::statistics::Spread;
 
 impl Radius {
@@ -32,10 +35,12 @@ pub fn tables(summary: &Summary) -> Vec<Table> {
     for robot in robots(summary.lines.iter().map(|line| line.robot.as_str())) {
         for radius in Radius::ALL {
             let title = format!("{robot}, {}", radius.heading());
-            let lines = summary.lines.iter().filter(|line| line.robot == robot && line.radius == radius);
-            tables.push(results(title.clone(), lines));
-            let pairs = summary.pairs.iter().filter(|pair| pair.robot == robot && pair.radius == radius);
-            tables.push(paired(format!("{title}: on the same scenarios"), pairs));
+            let lines = || summary.lines.iter().filter(|line| line.robot == robot && line.radius == radius);
+            let pairs = || summary.pairs.iter().filter(|pair| pair.robot == robot && pair.radius == radius);
+            tables.push(results(title.clone(), lines()));
+            tables.push(causes(format!("{title}: contacts by cause"), lines()));
+            tables.push(finding::finding(format!("{title}: the paper's finding"), pairs()));
+            tables.push(paired(format!("{title}: on the same scenarios"), pairs()));
         }
     }
     tables.retain(|table| !table.rows.is_empty());
@@ -116,13 +121,11 @@ fn results<'a>(title: String, lines: impl Iterator<Item = &'a Line>) -> Table {
             "intervening %",
             "runs with slack",
             "least margin",
-            "causes",
         ],
         lines.map(|line| {
             let percent = |share: f64| format!("{:.1}", share * 100.0);
             let mean =
                 |spread: &Option<Spread>| spread.map_or_else(dash, |spread| format!("{:.2}", spread.mean));
-            let causes: Vec<_> = line.causes.iter().map(|(name, count)| format!("{name} {count}")).collect();
             vec![
                 line.people.to_string(),
                 line.method.clone(),
@@ -137,8 +140,29 @@ fn results<'a>(title: String, lines: impl Iterator<Item = &'a Line>) -> Table {
                 percent(line.intervention_share),
                 line.runs_with_slack.to_string(),
                 line.min_hard_margin.map_or_else(dash, |margin| format!("{margin:.2}")),
-                if causes.is_empty() { dash() } else { causes.join(", ") },
             ]
+        }),
+    )
+}
+
+/// Contacts of each method by class. Every class has a column, so that nothing seems forgotten.
+fn causes<'a>(title: String, lines: impl Iterator<Item = &'a Line>) -> Table {
+    let names = Cause::ALL.map(Cause::name);
+    let headings = [&["people", "method", "runs", "contacts"][..], &names].concat();
+    table(
+        title,
+        &headings,
+        lines.map(|line| {
+            let of = |name: &str| {
+                line.causes.iter().find(|(cause, _)| cause == name).map_or(0, |(_, count)| *count)
+            };
+            let first = [
+                line.people.to_string(),
+                line.method.clone(),
+                line.runs.to_string(),
+                line.collisions.to_string(),
+            ];
+            first.into_iter().chain(names.map(|name| of(name).to_string())).collect()
         }),
     )
 }
@@ -153,12 +177,15 @@ fn paired<'a>(title: String, pairs: impl Iterator<Item = &'a Pair>) -> Table {
             "scenarios",
             "only the latter succeeds",
             "only the former",
+            "the latter ahead by, points",
+            "95 % interval",
             "p (McNemar)",
             "time ratio, median",
             "95 % interval",
+            "path ratio, median",
+            "95 % interval",
         ],
         pairs.map(|pair| {
-            let ratio = pair.time_ratio;
             vec![
                 pair.people.to_string(),
                 pair.method.clone(),
@@ -166,15 +193,33 @@ fn paired<'a>(title: String, pairs: impl Iterator<Item = &'a Pair>) -> Table {
                 pair.scenarios.to_string(),
                 pair.only_reference.to_string(),
                 pair.only_method.to_string(),
+                points(pair.difference),
+                interval(pair.difference_interval.map(points)),
                 probability(pair.p),
-                ratio.map_or_else(dash, |ratio| format!("{:.3}", ratio.median)),
-                ratio.map_or_else(dash, |ratio| {
-                    let [low, high] = ratio.median_interval;
-                    format!("{low:.3} to {high:.3}")
-                }),
+                median(pair.time_ratio),
+                median_interval(pair.time_ratio),
+                median(pair.path_ratio),
+                median_interval(pair.path_ratio),
             ]
         }),
     )
+}
+
+fn median(ratio: Option<Spread>) -> String {
+    ratio.map_or_else(dash, |ratio| format!("{:.3}", ratio.median))
+}
+
+fn median_interval(ratio: Option<Spread>) -> String {
+    ratio.map_or_else(dash, |ratio| interval(ratio.median_interval.map(|end| format!("{end:.3}"))))
+}
+
+fn interval([low, high]: [String; 2]) -> String {
+    format!("{low} to {high}")
+}
+
+/// A difference of shares in points, with its sign.
+fn points(difference: f64) -> String {
+    format!("{:+.1}", 100.0 * difference)
 }
 
 fn table(title: String, headings: &[&'static str], rows: impl Iterator<Item = Vec<String>>) -> Table {
