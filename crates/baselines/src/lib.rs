@@ -9,9 +9,10 @@
 //! | C3BF | double integrator | the relative velocity leaves the collision cone, as a CBF on the accelerations |
 //! | HO-CBF | double integrator | the distance, as a CBF of relative degree two |
 //!
-//! Each is as its authors published it with [`MethodParameters::published`] and whatever one chooses otherwise. The first
-//! control is applied whatever the verdict; the verdict is data. Steps are pure: time is passed in, nothing is sent.
-//! They allocate nothing, apart from Clarabel inside the planners.
+//! Each is as its authors published it with [`MethodParameters::published`], as a fair search tuned it with
+//! [`MethodParameters::tuned`], and whatever one chooses otherwise. The first control is applied whatever the verdict; the
+//! verdict is data. Steps are pure: time is passed in, nothing is sent. They allocate nothing, apart from Clarabel inside
+//! the planners.
 //!
 //! Not here: CN-CBF itself (`cbf_filter` is its one implementation), the nominal controllers that the filters correct
 //! (`nominal_mpc`), closed loops and tables (`evaluation`). Nothing on board uses this crate.
@@ -27,6 +28,7 @@ mod rows;
 mod setup;
 mod soft_rows_qp;
 mod surroundings;
+mod tuned;
 
 pub use inputs::{Inputs, NoControl};
 pub use method::{Method, MethodOutput, Verdict};

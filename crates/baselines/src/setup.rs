@@ -51,6 +51,18 @@ impl MethodKind {
         }
     }
 
+    /// The name of the method with its [tuned](MethodParameters::tuned) parameters.
+    pub const fn tuned_name(self) -> &'static str {
+        match self {
+            Self::SdfMpc => "sdf_mpc_tuned",
+            Self::DcbfMpc => "dcbf_mpc_tuned",
+            Self::VoMpc => "vo_mpc_tuned",
+            Self::RntcMpc => "rntc_mpc_tuned",
+            Self::C3bf => "c3bf_tuned",
+            Self::HoCbf => "ho_cbf_tuned",
+        }
+    }
+
     /// The robot that the method is for.
     pub const fn robot(self) -> RobotKind {
         match self {

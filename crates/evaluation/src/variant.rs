@@ -60,6 +60,15 @@ impl Robot {
             ],
         }
     }
+
+    /// What the grid search that the other methods get too (`baselines::MethodParameters::tuned`, example `tune`, folder
+    /// `tuning/`) changes in CN-CBF's published settings.
+    const fn tuned(self) -> &'static [&'static str] {
+        match self {
+            Self::Ground => &[],
+            Self::Quadrotor => &["filter.sdf_buffer_m=0.2", "filter.beta_per_m=8.0"],
+        }
+    }
 }
 
 /// The world of the tables, over whatever the settings say of theirs: 16 m by 10 m, people of 0.8 to 1.5 m/s, 60 s, and a
@@ -138,40 +147,41 @@ pub enum VariantError {
 }
 
 impl Variant {
-    /// CN-CBF as published, the same as the product has it, and the nominal controller alone.
-    const OWN: [&'static str; 3] = ["cn_cbf", "cn_cbf_onboard", "no_filter"];
+    /// CN-CBF as published, the same tuned, and as the product has it, and the nominal controller alone.
+    const OWN: [&'static str; 4] = ["cn_cbf", "cn_cbf_tuned", "cn_cbf_onboard", "no_filter"];
 
     /// Names of the methods for `robot`, in the order of the tables.
     pub fn names(robot: Robot) -> Vec<&'static str> {
-        let [published, onboard, nobody] = Self::OWN;
-        [&[published, onboard][..], &baseline::names(robot), &[nobody]].concat()
+        let [published, tuned, onboard, nobody] = Self::OWN;
+        [&[published, tuned, onboard][..], &baseline::names(robot), &[nobody]].concat()
     }
 
     /// The method `name` for `robot` in the [`WORLD`] of the tables, with `sets` (`section.key=value`) on top: a name of
-    /// [`Self::names`], or `NAME=FILE.toml` for the filter with settings of one's own.
+    /// [`Self::names`], or `NAME=FILE.toml` for the filter with settings of one's own. For the paper's other methods
+    /// `method.key=value` sets a parameter of `baselines::MethodParameters`.
     ///
     /// # Errors
     /// [`VariantError`] if there is no such method or its settings are unusable.
     pub fn named(robot: Robot, name: &str, sets: &[String]) -> Result<Self, VariantError> {
-        let [published, onboard] = robot.settings();
-        let (name, text, origin, mind) = if let Some((name, file)) = name.split_once('=') {
+        let (name, text, origin, mind, tuned) = if let Some((name, file)) = name.split_once('=') {
             let path = Path::new(file);
             let text = std::fs::read_to_string(path)
                 .map_err(|source| SettingsError::Read { path: path.to_owned(), source })?;
-            (name, text, path.to_owned(), Mind::Filter)
+            (name, text, path.to_owned(), Mind::Filter, &[][..])
         } else {
-            let (text, mind) = match name {
-                "cn_cbf" => (published, Mind::Filter),
-                "cn_cbf_onboard" => (onboard, Mind::Filter),
-                "no_filter" => (published, Mind::Nobody),
-                _ => match Baseline::named(robot, name) {
-                    Some(baseline) => (published, Mind::Baseline(baseline)),
-                    None => return Err(Self::unknown(robot, name)),
-                },
-            };
-            (name, text.to_owned(), PathBuf::from("built-in settings"), mind)
+            let (text, mind, tuned) = Self::built_in(robot, name)?;
+            (name, text.to_owned(), PathBuf::from("built-in settings"), mind, tuned)
         };
-        let sets: Vec<&str> = WORLD.iter().copied().chain(sets.iter().map(String::as_str)).collect();
+        let sets = sets.iter().map(String::as_str);
+        let (mind, sets): (Mind, Vec<&str>) = match mind {
+            Mind::Baseline(baseline) => {
+                let (of_method, of_stack): (Vec<&str>, Vec<&str>) =
+                    sets.partition(|set| set.trim_start().starts_with("method."));
+                (Mind::Baseline(baseline.with(&of_method)?), of_stack)
+            }
+            Mind::Filter | Mind::Nobody => (mind, sets.collect()),
+        };
+        let sets: Vec<&str> = WORLD.iter().chain(tuned).copied().chain(sets).collect();
         let folder = origin.parent().unwrap_or(Path::new("."));
         let mut settings = Settings::parse(&overridden(&text, &origin, &sets)?, &origin, folder)?;
         // Nothing of these enters a run, and a changed priority shall not make a table unusable.
@@ -183,6 +193,24 @@ impl Variant {
             return Err(VariantError::OtherRobot { path: origin, found, robot });
         }
         Self::new(name.to_owned(), settings, mind)
+    }
+
+    /// The settings, the mind, and what tuning changes in the former.
+    fn built_in(
+        robot: Robot,
+        name: &str,
+    ) -> Result<(&'static str, Mind, &'static [&'static str]), VariantError> {
+        let [published, onboard] = robot.settings();
+        Ok(match name {
+            "cn_cbf" => (published, Mind::Filter, &[]),
+            "cn_cbf_tuned" => (published, Mind::Filter, robot.tuned()),
+            "cn_cbf_onboard" => (onboard, Mind::Filter, &[]),
+            "no_filter" => (published, Mind::Nobody, &[]),
+            _ => match Baseline::named(robot, name) {
+                Some(baseline) => (published, Mind::Baseline(baseline), &[]),
+                None => return Err(Self::unknown(robot, name)),
+            },
+        })
     }
 
     fn new(name: String, settings: Settings, mind: Mind) -> Result<Self, VariantError> {
@@ -219,6 +247,11 @@ impl Variant {
     /// Its settings, scenario aside.
     pub const fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// First 16 hexadecimal digits of the SHA-256 of its settings, parameters and model: equal for equal ones.
+    pub fn settings_hash(&self) -> &str {
+        &self.settings_hash
     }
 
     /// Whom the robot obeys.

@@ -77,6 +77,12 @@ pub fn density_svg(figure: &DensityFigure) -> Result<String, PlotError> {
             .map_err(failed)?;
         for (index, (y, series)) in (90..).step_by(44).zip(&figure.series).enumerate() {
             let role = ROLES[index % ROLES.len()];
+            // Where colours come round again, marks are hollow.
+            let style = if (index / ROLES.len()).is_multiple_of(2) {
+                role.color().filled()
+            } else {
+                role.color().stroke_width(3)
+            };
             let shift = SPREAD * ((index as f64 + 0.5) / figure.series.len() as f64 - 0.5);
             let values = series.values.iter().enumerate();
             for (place, &(value, [low, high])) in
@@ -84,10 +90,10 @@ pub fn density_svg(figure: &DensityFigure) -> Result<String, PlotError> {
             {
                 let interval = PathElement::new([(place, low), (place, high)], role.color().stroke_width(3));
                 chart.draw_series([interval]).map_err(failed)?;
-                let mark = Circle::new((place, value), 8, role.color().filled());
+                let mark = Circle::new((place, value), 8, style);
                 chart.draw_series([mark]).map_err(failed)?;
             }
-            right.draw(&Circle::new((14, y), 8, role.color().filled())).map_err(failed)?;
+            right.draw(&Circle::new((14, y), 8, style)).map_err(failed)?;
             let name = ("sans-serif", FONT).into_font().color(&Role::Ink.color());
             right.draw(&Text::new(series.name.clone(), (34, y - 13), name)).map_err(failed)?;
         }

@@ -1,0 +1,26 @@
+//! What a grid search found for each method. Not here: the search and its table (crate `evaluation`: example `tune`, folder
+//! `tuning/`, and the test that holds these values against the table).
+
+use crate::setup::{MethodKind, MethodParameters};
+
+impl MethodParameters {
+    /// The method with the winner of a grid search that gives every method, CN-CBF included, equally many settings, the
+    /// same scenarios and one criterion: most successes among the settings that are fast enough. What is not named here is
+    /// as [published](Self::published).
+    pub fn tuned(kind: MethodKind) -> Self {
+        let mut tuned = Self::published(kind);
+        match &mut tuned {
+            Self::SdfMpc(_) | Self::DcbfMpc(_) | Self::VoMpc(_) | Self::RntcMpc(_) => {}
+            Self::C3bf(c3bf) => {
+                c3bf.filter.sight.margin_m = 0.2;
+                c3bf.k_per_s = 12.0;
+            }
+            Self::HoCbf(ho_cbf) => {
+                ho_cbf.filter.sight.margin_m = 0.2;
+                ho_cbf.k1_per_s = 5.0;
+                ho_cbf.k2_per_s = 4.0;
+            }
+        }
+        tuned
+    }
+}
