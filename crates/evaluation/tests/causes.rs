@@ -32,7 +32,7 @@ fn scenario(people: &[Value], robot_radius_m: f64) -> Scenario {
 /// Somebody who is at `place_m(t)` (m, t in s) until `until_s`.
 fn person(id: u64, until_s: f64, place_m: impl Fn(f64) -> [f64; 2]) -> Value {
     let times_s: Vec<f64> =
-        (0..).map(|k| f64::from(k) * 0.05).take_while(|time_s| *time_s <= until_s).collect();
+        (0..1_000).map(|k| f64::from(k) * 0.05).take_while(|time_s| *time_s <= until_s).collect();
     let positions_m: Vec<[f64; 2]> = times_s.iter().map(|time_s| place_m(*time_s)).collect();
     json!({
         "id": id,
