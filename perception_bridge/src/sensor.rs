@@ -10,7 +10,7 @@ use messages::{Detection, DetectionFlags, Detections, MAX_OBSTACLES, ObstacleCla
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use settings::{SensingSettings, SimulationSettings};
+use settings::{ClassName, SensingSettings, SimulationSettings};
 
 use crate::nearest::by_distance;
 
@@ -200,7 +200,17 @@ fn detection(person: &PersonState, offset_m: [f64; 2], flags: u32) -> Detection 
         velocity_in_odom_mps: if is_velocity_known { person.velocity_mps } else { [0.0; 2] },
         position_covariance_m2: [0.0; 3],
         radius_m: person.radius_m,
-        class: ObstacleClass::Pedestrian.code(),
+        class: class(person.class).code(),
         flags,
+    }
+}
+
+/// A class of a scenario on the wire.
+const fn class(name: ClassName) -> ObstacleClass {
+    match name {
+        ClassName::Pedestrian => ObstacleClass::Pedestrian,
+        ClassName::Cyclist => ObstacleClass::Cyclist,
+        ClassName::Static => ObstacleClass::Static,
+        ClassName::Vehicle => ObstacleClass::Vehicle,
     }
 }

@@ -271,6 +271,7 @@ pub fn simulated_scenario(settings: &Settings) -> Result<Scenario, SimulationErr
         seed: simulation.seed,
         crowd: CrowdKind::SocialForce,
         count: simulation.people,
+        classes: simulation.classes,
         arena: Rectangle { x_m: [x_min, x_max], y_m: [y_min, y_max] },
         desired_speed_mps: simulation.desired_speed_mps,
         goals_per_person: GOALS_PER_PERSON,

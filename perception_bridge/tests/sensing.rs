@@ -6,9 +6,9 @@ use std::path::Path;
 
 use allocation_counter::measure;
 use crowd_sim::{Motion, Person, Scenario, ScenarioRequest};
-use messages::{Detection, DetectionFlags, Detections};
+use messages::{Detection, DetectionFlags, Detections, ObstacleClass};
 use perception_bridge::{BridgeEvent, Obedience, SimulatedCrowd, Source};
-use settings::{DriftSettings, SensingSettings, Settings};
+use settings::{ClassName, ClassesSettings, DriftSettings, SensingSettings, Settings};
 
 const MS: u64 = 1_000_000;
 const PERFECT: SensingSettings = SensingSettings {
@@ -34,6 +34,7 @@ fn standing(positions_m: &[[f64; 2]]) -> Scenario {
     let people = positions_m.iter().zip(1..).map(|(&position_m, id)| Person {
         id,
         radius_m: 0.35,
+        class: ClassName::Pedestrian,
         motion: Motion::Bounce { position_m, velocity_mps: [0.0, 0.0] },
     });
     let people = people.collect();
@@ -252,4 +253,50 @@ fn sensing_allocates_nothing() {
         }
     });
     assert!(of_playing.count_total == 0 && events > 500, "{of_playing:?}, {events} events");
+}
+
+#[test]
+fn what_a_scenario_calls_somebody_is_what_perception_calls_them() {
+    let mut scenario = standing(&[[1.0, 0.0], [2.0, 0.0], [3.0, 0.0], [4.0, 0.0]]);
+    let classes = [ClassName::Pedestrian, ClassName::Cyclist, ClassName::Static, ClassName::Vehicle];
+    for (person, class) in scenario.people.iter_mut().zip(classes) {
+        person.class = class;
+    }
+    let (_, frame) = &frames(&settings(0.0, PERFECT), &scenario, 1)[0];
+    let seen: BTreeMap<u64, u32> = frame.as_slice().iter().map(|seen| (seen.track_id, seen.class)).collect();
+    let expected =
+        [ObstacleClass::Pedestrian, ObstacleClass::Cyclist, ObstacleClass::Static, ObstacleClass::Vehicle];
+    assert_eq!(seen, (1..).zip(expected.map(ObstacleClass::code)).collect());
+}
+
+#[test]
+fn settings_draw_a_mixed_crowd_that_perception_tells_apart() {
+    let mut settings = settings(0.0, PERFECT);
+    settings.simulation.people = 30;
+    settings.simulation.arena_max_m = [30.0, 4.0];
+    let of_class = |settings: &Settings| {
+        let mut source = SimulatedCrowd::new(settings).unwrap();
+        let mut counts = BTreeMap::<u32, usize>::new();
+        while let Some(event) = source.poll(0) {
+            if let BridgeEvent::Detections(frame) = event {
+                for detection in frame.as_slice() {
+                    *counts.entry(detection.class).or_default() += 1;
+                }
+            }
+        }
+        counts
+    };
+    assert_eq!(of_class(&settings), [(ObstacleClass::Pedestrian.code(), 30)].into());
+    settings.simulation.classes = Some(ClassesSettings {
+        cyclist_share: 0.4,
+        cyclist_speed_mps: [2.0, 4.0],
+        cyclist_radius_m: 0.5,
+        static_share: 0.3,
+        static_radius_m: 0.35,
+    });
+    let counts = of_class(&settings);
+    assert_eq!(counts.values().sum::<usize>(), 30);
+    for class in [ObstacleClass::Pedestrian, ObstacleClass::Cyclist, ObstacleClass::Static] {
+        assert!(counts.get(&class.code()).is_some_and(|&count| count >= 3), "{counts:?}");
+    }
 }

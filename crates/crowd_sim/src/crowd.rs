@@ -108,6 +108,8 @@ impl Crowd {
 
 #[cfg(test)]
 mod tests {
+    use settings::ClassName;
+
     use super::*;
     use crate::person::Motion;
 
@@ -121,7 +123,7 @@ mod tests {
             goal_radius_m: 0.3,
             desired_speed_mps: 1.0,
         };
-        Person { id: 1, radius_m: 0.35, motion }
+        Person { id: 1, radius_m: 0.35, class: ClassName::Pedestrian, motion }
     }
 
     fn crowd(people: &[Person]) -> Crowd {
@@ -178,6 +180,7 @@ mod tests {
         let track = |times_s: Vec<f64>| Person {
             id: 2,
             radius_m: 0.35,
+            class: ClassName::Pedestrian,
             motion: Motion::Track { times_s, positions_m: vec![[1.0, 0.3], [1.0, 0.3]] },
         };
         let alone = walking([0.0, 0.0], vec![[4.0, 0.0]]);

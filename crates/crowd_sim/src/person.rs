@@ -1,8 +1,9 @@
-//! One pedestrian of a scenario: identity, body, and how they move.
+//! One person or thing of a scenario: identity, body, what it is, and how it moves.
 //!
 //! Lives here: the data, as it stands in a file, and its validation. What becomes of it in motion is in `walker`.
 
 use serde::{Deserialize, Serialize};
+use settings::ClassName;
 
 use crate::rectangle::Rectangle;
 use crate::scenario_error::{ScenarioError, at_most, coordinates, finite_speed, positive};
@@ -14,7 +15,7 @@ pub(crate) const MOST_TRACK_POINTS: usize = 100_000;
 /// Least distance of two times of a track, s. Closer ones would turn the noise of positions into any speed.
 const LEAST_TRACK_INTERVAL_S: f64 = 1e-3;
 
-/// One pedestrian. Everything in `odom`.
+/// One person, or thing. Everything in `odom`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Person {
@@ -22,8 +23,21 @@ pub struct Person {
     pub id: u64,
     /// Radius of the disc that stands for the body, m.
     pub radius_m: f64,
+    /// What perception takes them for; a pedestrian if a file does not say. It decides nothing about the motion.
+    #[serde(default = "pedestrian", skip_serializing_if = "is_pedestrian")]
+    pub class: ClassName,
     /// Where they begin and how they go on.
     pub motion: Motion,
+}
+
+const fn pedestrian() -> ClassName {
+    ClassName::Pedestrian
+}
+
+/// Serde hands over a reference.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature is serde's")]
+const fn is_pedestrian(class: &ClassName) -> bool {
+    matches!(class, ClassName::Pedestrian)
 }
 
 /// How a person moves. Nobody takes notice of the robot.

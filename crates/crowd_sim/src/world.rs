@@ -4,8 +4,11 @@
 //! between: exactly for those who walk by forces, because the crowd's integrator moves them along straight lines, and to a
 //! fraction of a millimetre for the others.
 
+use settings::ClassName;
+
 use crate::crowd::{CROWD_PERIOD_NS, Crowd};
 use crate::ledger::RunLedger;
+use crate::person::Person;
 use crate::plant::{Plant, PlantError, PlantSettings, RobotState};
 use crate::scenario::Scenario;
 use crate::scenario_error::ScenarioError;
@@ -27,6 +30,16 @@ pub struct PersonState {
     pub velocity_mps: [f64; 2],
     /// Radius, m.
     pub radius_m: f64,
+    /// What they are.
+    pub class: ClassName,
+}
+
+/// What does not change about a person.
+#[derive(Debug, Clone, Copy)]
+struct Body {
+    id: u64,
+    radius_m: f64,
+    class: ClassName,
 }
 
 /// Why a world was not stepped. Its state is unchanged.
@@ -66,8 +79,8 @@ pub struct World {
     robot_radius_m: f64,
     plant: Plant,
     crowd: Crowd,
-    /// Identity and radius (m) of everybody, in the scenario's order.
-    bodies: Vec<(u64, f64)>,
+    /// Everybody, in the scenario's order.
+    bodies: Vec<Body>,
     /// World time of the crowd's newest state, never before `time_ns`.
     crowd_time_ns: u64,
     /// Where people were one crowd period before `crowd_time_ns`, m; `None` for those who were absent.
@@ -75,6 +88,12 @@ pub struct World {
     /// Those who are present at `time_ns`; has room for everybody.
     people: Vec<PersonState>,
     ledger: RunLedger,
+}
+
+impl Body {
+    const fn of(person: &Person) -> Self {
+        Self { id: person.id, radius_m: person.radius_m, class: person.class }
+    }
 }
 
 impl World {
@@ -101,7 +120,7 @@ impl World {
             crowd_time_ns: 0,
             crowd_before_m: vec![None; everybody],
             ledger: RunLedger::new(scenario.start.position_m, everybody),
-            bodies: scenario.people.iter().map(|person| (person.id, person.radius_m)).collect(),
+            bodies: scenario.people.iter().map(Body::of).collect(),
             crowd,
             people: Vec::with_capacity(everybody),
         };
@@ -154,7 +173,7 @@ impl World {
     fn place_people(&mut self, remaining: f64) {
         self.people.clear();
         let everybody = self.crowd.walkers().iter().zip(&self.crowd_before_m).zip(&self.bodies);
-        for (index, ((walker, before_m), &(id, radius_m))) in everybody.enumerate() {
+        for (index, ((walker, before_m), &Body { id, radius_m, class })) in everybody.enumerate() {
             if !walker.is_present || (remaining > 0.0 && before_m.is_none()) {
                 continue;
             }
@@ -162,7 +181,7 @@ impl World {
             let position_m =
                 [0, 1].map(|k| walker.position_m[k] - remaining * (walker.position_m[k] - before_m[k]));
             let velocity_mps = walker.velocity_mps;
-            self.people.push(PersonState { index, id, position_m, velocity_mps, radius_m });
+            self.people.push(PersonState { index, id, position_m, velocity_mps, radius_m, class });
         }
     }
 

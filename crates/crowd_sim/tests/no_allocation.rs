@@ -2,6 +2,7 @@
 
 use allocation_counter::measure;
 use crowd_sim::{CrowdKind, Motion, Person, PlantSettings, ScenarioRequest, World};
+use settings::ClassName;
 
 #[test]
 fn a_step_allocates_nothing() {
@@ -24,7 +25,12 @@ fn neither_does_one_of_a_mixed_crowd_around_a_slow_robot() {
     scenario.people.extend((0..5).map(|k| {
         let times_s: Vec<f64> = (0..100).map(|i| f64::from(k) + 0.05 * f64::from(i)).collect();
         let positions_m = times_s.iter().map(|time_s| [*time_s, 0.1 * f64::from(k)]).collect();
-        Person { id: 1, radius_m: 0.3, motion: Motion::Track { times_s, positions_m } }
+        Person {
+            id: 1,
+            radius_m: 0.3,
+            class: ClassName::Pedestrian,
+            motion: Motion::Track { times_s, positions_m },
+        }
     }));
     scenario.people.iter_mut().zip(1..).for_each(|(person, id)| person.id = id);
     let plant = PlantSettings { delay_s: 0.1, lag_s: 0.1, ..PlantSettings::ground_robot() };

@@ -10,6 +10,7 @@ use crowd_sim::{
 use rand::RngExt;
 use rand_pcg::Pcg64;
 use serde_json::{Value, json};
+use settings::ClassName;
 
 /// A scenario with people of all kinds and numbers with all their digits.
 fn random_scenario(random: &mut Pcg64, index: usize) -> Scenario {
@@ -36,7 +37,10 @@ fn random_scenario(random: &mut Pcg64, index: usize) -> Scenario {
         let positions_m =
             times_s.iter().map(|_| [random.random_range(-9.0..9.0), 1e-9 * random.random::<f64>()]).collect();
         let motion = Motion::Track { times_s, positions_m };
-        scenario.people.push(Person { id: u64::MAX - k, radius_m: random.random_range(0.1..1.0), motion });
+        let class = [ClassName::Pedestrian, ClassName::Cyclist, ClassName::Static, ClassName::Vehicle]
+            [random.random_range(0..4)];
+        let radius_m = random.random_range(0.1..1.0);
+        scenario.people.push(Person { id: u64::MAX - k, radius_m, class, motion });
     }
     scenario
 }
@@ -77,6 +81,8 @@ fn the_documented_example_is_accepted_and_has_a_person_of_each_kind() {
     let scenarios = parse(&documented()).unwrap();
     let kinds: Vec<_> =
         scenarios[0].people.iter().map(|person| std::mem::discriminant(&person.motion)).collect();
+    let classes: Vec<_> = scenarios[0].people.iter().map(|person| person.class).collect();
+    assert_eq!(classes, [ClassName::Pedestrian, ClassName::Cyclist, ClassName::Pedestrian]);
     assert!(kinds.len() >= 3 && kinds[0] != kinds[1] && kinds[1] != kinds[2] && kinds[0] != kinds[2]);
 }
 
@@ -98,7 +104,8 @@ fn said(pointer: &str, value: Option<Value>) -> String {
 #[test]
 fn errors_name_file_scenario_and_field() {
     let first = "/scenarios/0";
-    let cases: [(&str, Option<Value>, &[&str]); 14] = [
+    let cases: [(&str, Option<Value>, &[&str]); 15] = [
+        ("/people/1/class", Some(json!("dragon")), &["people[1].class", "dragon", "cyclist"]),
         ("/people/0/radius_m", Some(json!("wide")), &["people[0].radius_m", "wide", "f64"]),
         ("/people/0/radius_m", Some(json!(-1)), &["people[0].radius_m", "greater than zero"]),
         ("/people/0/height_m", Some(json!(1.8)), &["people[0].height_m", "unknown field", "radius_m"]),

@@ -1,6 +1,20 @@
 //! Scenarios: reproducible draws, the promises of the generator, and what validation refuses.
 
 use crowd_sim::{GenerateError, Motion, Person, RobotLimits, Scenario, ScenarioError, ScenarioRequest};
+use settings::{ClassName, ClassesSettings};
+
+const MIXED: ClassesSettings = ClassesSettings {
+    cyclist_share: 0.3,
+    cyclist_speed_mps: [2.0, 4.0],
+    cyclist_radius_m: 0.5,
+    static_share: 0.2,
+    static_radius_m: 0.25,
+};
+
+fn mixed(seed: u64, count: usize) -> Scenario {
+    let request = ScenarioRequest { classes: Some(MIXED), ..ScenarioRequest::evaluation(seed, count) };
+    request.generate().expect("a few people fit")
+}
 
 #[test]
 fn the_same_seed_gives_the_same_people_on_every_machine() {
@@ -42,6 +56,53 @@ fn a_smaller_crowd_is_the_beginning_of_a_larger_one() {
     let few = ScenarioRequest { count: 5, ..ScenarioRequest::demo(3) }.generate().unwrap();
     let many = ScenarioRequest { count: 15, ..ScenarioRequest::demo(3) }.generate().unwrap();
     assert_eq!(few.people, many.people[..5]);
+}
+
+#[test]
+fn a_mixed_crowd_has_its_shares_and_each_class_moves_in_its_way() {
+    let mut counts = [0_usize; 3];
+    for seed in 0..100 {
+        let scenario = mixed(seed, 20);
+        for (index, person) in scenario.people.iter().enumerate() {
+            let from_m = |to: [f64; 2]| (person.start_m()[0] - to[0]).hypot(person.start_m()[1] - to[1]);
+            let apart = |other: &Person| from_m(other.start_m()) >= other.radius_m + person.radius_m;
+            assert!(scenario.people[..index].iter().all(apart) && from_m(scenario.start.position_m) >= 2.0);
+            let class = match (person.class, &person.motion) {
+                (ClassName::Pedestrian, Motion::SocialForce { desired_speed_mps, .. }) => {
+                    assert!((0.8..=1.5).contains(desired_speed_mps) && person.radius_m == 0.35);
+                    0
+                }
+                (ClassName::Cyclist, Motion::Bounce { velocity_mps: [x, y], .. }) => {
+                    assert!((2.0..=4.0).contains(&x.hypot(*y)) && person.radius_m == 0.5);
+                    1
+                }
+                (ClassName::Static, Motion::Bounce { velocity_mps, .. }) => {
+                    assert!(*velocity_mps == [0.0, 0.0] && person.radius_m == 0.25);
+                    assert!(from_m(scenario.goal_m) >= 2.0, "nothing stands on the goal");
+                    2
+                }
+                other => panic!("{other:?}"),
+            };
+            counts[class] += 1;
+        }
+    }
+    // Of 2,000 the standard deviations are 22, 20 and 18.
+    for (count, expected) in counts.into_iter().zip([1_000, 600, 400]) {
+        assert!(count.abs_diff(expected) < 100, "{counts:?}");
+    }
+}
+
+#[test]
+fn mixed_crowds_are_reproducible_and_begin_with_the_smaller_ones() {
+    assert_eq!(mixed(3, 15), mixed(3, 15));
+    assert_eq!(mixed(3, 5).people, mixed(3, 15).people[..5]);
+    // A mixture without others is a crowd of pedestrians.
+    let nobody = ClassesSettings { cyclist_share: 0.0, static_share: 0.0, ..MIXED };
+    let request = ScenarioRequest { classes: Some(nobody), ..ScenarioRequest::evaluation(3, 15) };
+    assert_eq!(request.generate(), ScenarioRequest::evaluation(3, 15).generate());
+    let upside_down = ClassesSettings { cyclist_speed_mps: [4.0, 2.0], ..MIXED };
+    let request = ScenarioRequest { classes: Some(upside_down), ..ScenarioRequest::demo(1) };
+    assert!(matches!(request.generate(), Err(GenerateError::BadSpeedRange(_))));
 }
 
 #[test]

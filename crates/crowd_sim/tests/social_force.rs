@@ -2,6 +2,7 @@
 
 use crowd_sim::{Crowd, Motion, Person, Rectangle, SocialForce};
 use serde::Deserialize;
+use settings::ClassName;
 
 #[derive(Deserialize)]
 struct Reference {
@@ -26,6 +27,7 @@ fn people(reference: &Reference) -> Vec<Person> {
         .map(|i| Person {
             id: i as u64 + 1,
             radius_m: 0.35,
+            class: ClassName::Pedestrian,
             motion: Motion::SocialForce {
                 position_m: reference.position_m[i],
                 velocity_mps: [0.0, 0.0],
@@ -101,7 +103,10 @@ impl Mixed {
             positions_m: track.positions_m.clone(),
         });
         let everybody = walk.chain(bounce).chain(tracks);
-        everybody.zip(1..).map(|(motion, id)| Person { id, radius_m: 0.35, motion }).collect()
+        everybody
+            .zip(1..)
+            .map(|(motion, id)| Person { id, radius_m: 0.35, class: ClassName::Pedestrian, motion })
+            .collect()
     }
 }
 

@@ -4,6 +4,7 @@ use crowd_sim::{
     Contact, CrowdKind, Motion, Person, PlantSettings, Rectangle, RobotLimits, Scenario, ScenarioRequest,
     StepError, World,
 };
+use settings::ClassName;
 
 fn demo() -> Scenario {
     ScenarioRequest::demo(1).generate().expect("the demo fits its arena")
@@ -109,7 +110,12 @@ fn unusable_steps_leave_the_world_alone() {
 }
 
 fn bouncing(position_m: [f64; 2], velocity_mps: [f64; 2], id: u64) -> Person {
-    Person { id, radius_m: 0.35, motion: Motion::Bounce { position_m, velocity_mps } }
+    Person {
+        id,
+        radius_m: 0.35,
+        class: ClassName::Pedestrian,
+        motion: Motion::Bounce { position_m, velocity_mps },
+    }
 }
 
 #[test]
@@ -118,7 +124,7 @@ fn people_on_a_track_are_there_while_it_lasts_and_at_no_moment_between_places() 
         times_s: vec![1.0, 1.5, 2.004],
         positions_m: vec![[4.0, 0.0], [4.5, 0.0], [5.004, 0.0]],
     };
-    let people = vec![Person { id: 7, radius_m: 0.3, motion }];
+    let people = vec![Person { id: 7, radius_m: 0.3, class: ClassName::Pedestrian, motion }];
     let mut world = world(&Scenario { people, ..demo() });
     while world.time_ns() < 3_000_000_000 {
         world.step(0.002, [0.0, 0.0]).unwrap();

@@ -6,6 +6,7 @@
 //!
 //! What is deliberately absent: everything a command-line option chooses (source, instance name, recording path).
 
+mod classes;
 mod covered;
 mod error;
 mod estimator;
@@ -27,6 +28,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+pub use classes::ClassesSettings;
 pub use error::SettingsError;
 pub use estimator::{
     EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, ManoeuvreSettings, NoiseSettings,

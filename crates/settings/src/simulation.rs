@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::SensingSettings;
 use crate::error::{Checked, bounds, non_negative, positive, positive_ms, require};
+use crate::{ClassesSettings, SensingSettings};
 
 /// Slowest actuators simulated, ms.
 const LONGEST_ACTUATOR_MS: f64 = 10_000.0;
@@ -44,10 +44,13 @@ pub struct SimulationSettings {
     pub position_noise_m: f64,
     /// The run ends unsuccessfully after this, s.
     pub timeout_s: f64,
-    /// A scenario of a file. It takes the place of seed, people, arena, speeds, radii, start, goal, its tolerance and timeout
+    /// A scenario of a file. It takes the place of seed, people, their classes, arena, speeds, radii, start, goal, its tolerance and timeout
     /// above; absent: people are drawn.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scenario: Option<ScenarioSettings>,
+    /// Cyclists and standing things among the people drawn; pedestrians only if absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub classes: Option<ClassesSettings>,
     /// How the simulated robot's actuators fall short; absent: they do at once what they are told.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub actuators: Option<ActuatorSettings>,
@@ -122,6 +125,7 @@ impl SimulationSettings {
         require(multiple(detections), "simulation.detections_period_ms", detections, requirement)?;
         non_negative("simulation.position_noise_m", self.position_noise_m)?;
         positive("simulation.timeout_s", self.timeout_s)?;
+        self.classes.as_ref().map_or(Ok(()), ClassesSettings::validate)?;
         self.actuators.as_ref().map_or(Ok(()), ActuatorSettings::validate)?;
         self.sensing.as_ref().map_or(Ok(()), SensingSettings::validate)
     }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use crowd_sim::{Motion, Person, Rectangle, RobotStart, Scenario, ScenarioError};
-use settings::Settings;
+use settings::{ClassName, Settings};
 
 use super::SourceError;
 use super::load;
@@ -173,7 +173,7 @@ impl RecordedTrack {
             times_s: self.times_s[first..=last].iter().map(|time_s| time_s - begin_s).collect(),
             positions_m: self.positions_m[first..=last].to_vec(),
         };
-        Some(Person { id: 0, radius_m: self.radius_m, motion })
+        Some(Person { id: 0, radius_m: self.radius_m, class: ClassName::Pedestrian, motion })
     }
 
     /// Positions from `begin_s` to `end_s`, with their times.
