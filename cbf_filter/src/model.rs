@@ -81,8 +81,8 @@ fn embedded_model(name: &str) -> Result<&'static [u8], FilterSetupError> {
     })
 }
 
-/// The pair of dynamics the settings describe, if `model` was made for exactly that: same dynamics, control bounds,
-/// obstacle bounds and failure radius, and if it is the pinned one and covers obstacles and buffer.
+/// The pair of dynamics the settings describe, if `model` was made for that: same dynamics, obstacle bounds and failure
+/// radius, controls that the robot has (it may have more), and if it is the pinned one and covers obstacles and buffer.
 pub(crate) fn pair_that_fits(settings: &Settings, model: &Model) -> Result<Pair, FilterSetupError> {
     let (robot, obstacle) = (&settings.robot, &settings.obstacle);
     if let Some(sha256) = &settings.filter.model_sha256 {

@@ -89,7 +89,24 @@ fn a_model_for_walking_obstacles_is_not_one_for_static_obstacles() {
 
 #[test]
 fn a_robot_with_other_limits_is_refused() {
-    says(&refusal(|settings| settings.robot.control_max[1] = 1.0), &["control box", "train"]);
+    says(&refusal(|settings| settings.robot.control_max[1] = 0.7), &["control box", "train"]);
+    says(&refusal(|settings| settings.robot.control_min[0] = 0.3), &["control box", "train"]);
+}
+
+#[test]
+fn a_robot_that_may_also_stop_is_taken_and_stops_where_it_is_told_to() {
+    let mut settings = scene::settings();
+    settings.robot.control_min[0] = 0.0;
+    let mut filter =
+        SafetyFilter::new(&settings, &shipped()).expect("it can do all that the model counts on");
+    let mut scene = scene::Scene::fresh(&[], scene::START_NS);
+    if let Some(nominal) = &mut scene.nominal {
+        nominal.control = [0.0, 0.0];
+    }
+    assert_eq!(scene.step(&mut filter, scene::START_NS).control, [0.0, 0.0]);
+    // The robot of the model goes on at its lowest speed.
+    let command = scene.step(&mut scene::filter(), scene::START_NS);
+    assert!(command.control[0] >= 0.25, "{command:?}");
 }
 
 #[test]

@@ -32,9 +32,9 @@ pub enum ModelMismatch {
         /// Of the robot.
         expected: DynamicsKind,
     },
-    /// Another box of controls.
+    /// A box of controls that the robot does not have, or not wholly.
     #[error(
-        "the model's control box is {model:?}, the robot's {expected:?}; solve and train for the robot's"
+        "the model's control box is {model:?}, the robot's {expected:?} lacks a part of it; solve and train for the robot's"
     )]
     Control {
         /// Of the model.
@@ -95,7 +95,8 @@ pub enum ModelMismatch {
 }
 
 impl Model {
-    /// Compares what the model was made for with what the robot needs. Bounds agree within 1e-9.
+    /// Compares what the model was made for with what the robot needs. Bounds agree within 1e-9, but the robot may have more
+    /// controls than the model counts on: whichever of those keeps the CBF condition, the robot has it too.
     ///
     /// # Errors
     /// * The first [`ModelMismatch`] found.
@@ -104,7 +105,7 @@ impl Model {
         if model.dynamics != expected.dynamics {
             return Err(ModelMismatch::Dynamics { model: model.dynamics, expected: expected.dynamics });
         }
-        if !close(&Bounds::from(&model.control), &Bounds::from(&expected.control)) {
+        if !contains(&expected.control, &model.control) {
             return Err(ModelMismatch::Control { model: model.control, expected: expected.control });
         }
         if !close(&model.disturbance, &expected.disturbance) {
@@ -189,4 +190,9 @@ fn close(a: &Bounds, b: &Bounds) -> bool {
     let equal =
         |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= TOLERANCE);
     equal(&a.min, &b.min) && equal(&a.max, &b.max)
+}
+
+/// Whether every control of `inner` is one of `outer`.
+fn contains(outer: &InputBox<2>, inner: &InputBox<2>) -> bool {
+    (0..2).all(|k| outer.min[k] <= inner.min[k] + TOLERANCE && outer.max[k] >= inner.max[k] - TOLERANCE)
 }

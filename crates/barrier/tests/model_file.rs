@@ -300,10 +300,29 @@ fn a_model_for_other_dynamics_does_not_fit() {
 }
 
 #[test]
-fn a_model_for_another_control_box_does_not_fit() {
-    let control = InputBox::new([0.0, -0.8], [1.0, 0.8]).unwrap();
-    let found = model().check_fits(&Expected { control, ..expected() });
-    assert!(matches!(found, Err(ModelMismatch::Control { .. })));
+fn a_model_fits_a_robot_that_can_do_more_and_none_that_can_do_less() {
+    let fits = |min, max| {
+        let control = InputBox::new(min, max).unwrap();
+        model().check_fits(&Expected { control, ..expected() })
+    };
+    // The model's box is [0.25, 1] m/s by [−0.8, 0.8] rad/s.
+    for (min, max) in [
+        ([0.0, -0.8], [1.0, 0.8]),
+        ([-1.0, -2.0], [3.0, 2.0]),
+        ([0.25, -0.8], [1.0, 0.9]),
+        ([0.25 + 1e-12, -0.8], [1.0, 0.8 - 1e-12]),
+    ] {
+        assert_eq!(fits(min, max), Ok(()), "{min:?} to {max:?}");
+    }
+    for (min, max) in [
+        ([0.3, -0.8], [1.0, 0.8]),
+        ([0.25, -0.7], [1.0, 0.8]),
+        ([0.25, -0.8], [0.9, 0.8]),
+        ([0.25, -0.8], [1.0, 0.7]),
+        ([0.0, -0.8], [0.9, 2.0]),
+    ] {
+        assert!(matches!(fits(min, max), Err(ModelMismatch::Control { .. })), "{min:?} to {max:?}");
+    }
 }
 
 #[test]
