@@ -5,6 +5,7 @@ mod evaluate;
 mod kit;
 mod offline;
 mod profile;
+mod scenarios;
 
 use std::path::PathBuf;
 
@@ -15,6 +16,7 @@ pub(crate) use evaluate::{EvaluateArgs, RobotName, ScenarioChoice};
 pub(crate) use kit::{CheckControllerArgs, CompareArgs, Contestant, World};
 pub(crate) use offline::{DisturbanceName, NominalName, SolveArgs, TrainArgs, VerifyArgs};
 pub(crate) use profile::{LoadArgs, ProfileArgs, TransportName, TriggerName, WaitName};
+pub(crate) use scenarios::ScenariosArgs;
 
 /// A safety filter for robots among people: composite neural control barrier function, four processes, shared memory.
 ///
@@ -59,6 +61,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Drive many methods through many random crowds in virtual time; tables of success, with intervals and causes.
     Evaluate(EvaluateArgs),
+    /// Cut scenarios for `run` and `evaluate` out of recordings of people.
+    Scenarios(ScenariosArgs),
     /// Explain one moment of a recording made by `run`, `replay` or `record`.
     Why(WhyArgs),
     /// Compute the value function of a settings file's `[offline]` part.

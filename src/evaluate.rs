@@ -1,6 +1,7 @@
 //! `cncbf evaluate`: methods, crowds and scenarios in, a table of runs out.
 
 mod output;
+mod pooled;
 
 use std::path::{Path, PathBuf};
 

@@ -17,6 +17,7 @@ mod prove;
 mod replay;
 mod run;
 mod run_folder;
+mod scenarios;
 mod session;
 mod silence;
 mod solve;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::CheckController(args) => check_controller::check_controller(&args),
         Command::Compare(args) => compare::compare(&args),
         Command::Evaluate(args) => evaluate::evaluate(&args),
+        Command::Scenarios(args) => scenarios::scenarios(&args),
         Command::Why(args) => why::why(&args),
         Command::Solve(args) => solve::solve(&args),
         Command::Train(args) => train::train(&args),

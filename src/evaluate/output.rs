@@ -11,13 +11,26 @@ use evaluation::summary::{
 };
 use report::{DensityFigure, DensitySeries, EvaluationPage, EvaluationTable, density_svg, evaluation_html};
 
+use super::pooled::pooled;
+
 /// Names of the methods as they were ordered on the command line, without the files of one's own.
 fn order(methods: &[String]) -> Vec<String> {
     methods.iter().map(|name| name.split('=').next().unwrap_or_default().to_owned()).collect()
 }
 
-/// One line per robot, crowd size and method.
+/// What is said of the lines over a whole file of scenarios.
+const POOLED: &str = "All scenarios of the file; the column of people has their mean";
+
+/// One line per robot, crowd size and method, and for scenarios of a file the same over all crowd sizes.
 pub(super) fn overview(rows: &[Row], methods: &[String]) -> String {
+    let mut text = lines(rows, methods);
+    if let Some(rows) = pooled(rows) {
+        let _ = write!(text, "\n{POOLED}:\n{}", lines(&rows, methods));
+    }
+    text
+}
+
+fn lines(rows: &[Row], methods: &[String]) -> String {
     let mut text = format!(
         "{:<10} {:>6}  {:<16} {:>5}  {:>9} {:>15}  {:>9}  {:>7} {:>7}\n",
         "robot", "people", "method", "runs", "success %", "95 % interval", "5 cm less", "time s", "path m"
@@ -53,6 +66,12 @@ pub(super) fn write(rows: &[Row], methods: &[String], folder: &Path, command: &s
     };
     let summary = summarise(rows, &order(methods));
     let of_runs = tables(&summary);
+    let of_file: Vec<Table> = pooled(rows)
+        .iter()
+        .flat_map(|rows| tables(&summarise(rows, &order(methods))))
+        .map(|table| Table { title: format!("{POOLED}: {}", table.title), ..table })
+        .collect();
+    let of_runs: Vec<Table> = of_file.into_iter().chain(of_runs).collect();
     put("tables.md", &markdown(&of_runs))?;
     put("summary.json", &(serde_json::to_string_pretty(&summary)? + "\n"))?;
     let figures = figures(&summary);
