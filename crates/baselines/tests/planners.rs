@@ -136,6 +136,24 @@ fn one_quadratic_program_is_not_called_the_end_of_a_search() {
 }
 
 #[test]
+fn a_search_that_ended_early_says_whether_its_plan_will_do() {
+    let parameters =
+        PlannerParameters { iteration_limit: 1, search_again: false, ..PlannerParameters::published() };
+    let ended_early: Vec<_> = [0.05, 0.15, 0.3, 0.6, 0.8, 1.0]
+        .into_iter()
+        .map(|y| [common::person([1.8, y], [-0.3, 0.0])])
+        .map(|people| common::plan(&MethodParameters::SdfMpc(parameters), [0.0; 3], GOAL, &people))
+        .filter(|output| output.verdict == Verdict::IterationLimit)
+        .collect();
+    for output in &ended_early {
+        assert_eq!(output.demands_met, output.slack <= parameters.feasibility_tolerance, "{output:?}");
+    }
+    for met in [true, false] {
+        assert!(ended_early.iter().any(|output| output.demands_met == met), "{met}: {ended_early:?}");
+    }
+}
+
+#[test]
 fn a_plan_is_continued_from_cycle_to_cycle_and_forgotten_on_request() {
     let people = common::crowd(&[common::person([1.8, 0.15], [-0.3, 0.0])]);
     let (state, goal) = (common::robot([0.0; 3]), common::goal(GOAL));
