@@ -1,9 +1,14 @@
 //! The composite barrier `h(x, t)` over all obstacles and the row it puts on the control.
 //!
 //! Here: eq. `eta` over eq. `h_bar`, and through the pair's Jacobians eq. `h_cn_to_h`. Not here: the
-//! minimisation under that row (`qp`), and who decides what happens without an answer (`cbf_filter`).
+//! minimisation under that row (`qp`), conditions of single obstacles (`pairs`), and who decides what happens
+//! without an answer (`cbf_filter`).
+
+mod pairs;
 
 use dynamics::RobotObstaclePair;
+
+pub use pairs::{ObstacleInput, SoftminOffset};
 
 use crate::MAX_OBSTACLES;
 use crate::kernel::{Kernel, KernelError};
@@ -12,6 +17,7 @@ use crate::qp::HalfSpace;
 use crate::relative_barrier::{RelativeObstacle, RelativeSample};
 use crate::relative_barriers::RelativeBarriers;
 use crate::softmin::{softmin, softmin_weights};
+use pairs::InputRates;
 
 /// One obstacle as the filter knows it, in `odom`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,6 +112,8 @@ pub enum CompositeSetupError {
 /// Holds every buffer it needs: an evaluation allocates nothing.
 pub struct CompositeBarrier {
     relative: RelativeBarriers,
+    /// What the obstacles of each model may do.
+    input_rates: Vec<InputRates>,
     beta_per_m: f64,
     obstacles: Vec<RelativeObstacle>,
     samples: Vec<RelativeSample>,
@@ -125,6 +133,7 @@ impl CompositeBarrier {
         }
         Ok(Self {
             relative: RelativeBarriers::new(model, kernel)?,
+            input_rates: vec![InputRates::of(model.metadata())],
             beta_per_m,
             obstacles: Vec::with_capacity(MAX_OBSTACLES),
             samples: Vec::with_capacity(MAX_OBSTACLES),
@@ -139,7 +148,9 @@ impl CompositeBarrier {
     /// # Errors
     /// * [`KernelError::Unsupported`], which the first model would have met.
     pub fn add_model(&mut self, model: &Model) -> Result<usize, KernelError> {
-        self.relative.add(model)
+        let index = self.relative.add(model)?;
+        self.input_rates.push(InputRates::of(model.metadata()));
+        Ok(index)
     }
 
     /// Returns the variant of the network that runs.
@@ -204,8 +215,7 @@ impl CompositeBarrier {
         let lf_h: f64 = (0..NX).map(|j| dh_dx[j] * f[j]).sum();
         let lg_h = [0, 1].map(|control| (0..NX).map(|j| dh_dx[j] * g[j][control]).sum());
         let constraint = self.constraint(h, lg_h, lf_h + dh_dt, dh_dt);
-        let sum = constraint.h + constraint.drift + constraint.lg_h[0] + constraint.lg_h[1];
-        if sum.is_finite() {
+        if finite(&constraint) {
             Ok(CompositeSample::Constrained(constraint))
         } else {
             Err(CompositeError::NonFiniteResult)
@@ -297,6 +307,11 @@ impl BarrierConstraint {
     pub fn row(&self, alpha_per_s: f64) -> HalfSpace<2> {
         HalfSpace { normal: self.lg_h, offset: self.drift + alpha_per_s * self.h }
     }
+}
+
+/// Whether neither value nor row holds a NaN or an infinity.
+fn finite(constraint: &BarrierConstraint) -> bool {
+    (constraint.h + constraint.drift + constraint.lg_h[0] + constraint.lg_h[1]).is_finite()
 }
 
 fn check<const NX: usize>(

@@ -14,7 +14,7 @@
 //! | composite `h(x, t)`, `L_g h`, `L_f h`, `∂h/∂t` (eq. `h_cn_to_h`) | [`CompositeBarrier`] |
 //! | CBF-QP (eq. `cbf_qp`), softened by one slack | [`CbfQp`] |
 //!
-//! Beyond the paper: [`JointEscape`] looks ahead for a manoeuvre that keeps clear of everybody at once.
+//! Beyond the paper: conditions of single obstacles ([`CompositeBarrier::evaluate_pairs`], [`RowsQp`]); [`JointEscape`] looks ahead for a manoeuvre that keeps clear of everybody at once.
 //!
 //! Nothing that is called once per cycle allocates after construction; `tests/allocation.rs` counts.
 //!
@@ -36,20 +36,23 @@ mod lanes_avx2;
 #[cfg(target_arch = "x86_64")]
 mod lanes_avx512;
 mod metadata;
+mod minimax;
 mod model;
 mod model_error;
 mod model_file;
 mod network;
 mod network_pass;
+mod polygon;
 mod qp;
 mod relative_barrier;
 mod relative_barriers;
+mod rows_qp;
 mod softmin;
 mod weights;
 
 pub use composite::{
     BarrierConstraint, BarrierObstacle, CompositeBarrier, CompositeError, CompositeSample,
-    CompositeSetupError,
+    CompositeSetupError, ObstacleInput, SoftminOffset,
 };
 pub use domain::{DomainError, PlacedState, TrainedDomain};
 pub use encoding::{InputEncoding, LAYER_WIDTHS};
@@ -58,11 +61,13 @@ pub use fit::{Expected, ModelMismatch};
 pub use joint::{Escape, JointEscape, JointHorizon, JointRobot};
 pub use kernel::{Kernel, KernelError};
 pub use metadata::{Bounds, DynamicsKind, FORMAT_VERSION, GridRecord, ModelMetadata, TrainingRecord};
+pub use minimax::largest_margin;
 pub use model::Model;
 pub use model_error::ModelFileError;
 pub use network::{NetworkBatch, ResidualNetwork};
 pub use qp::{CbfQp, HalfSpace, QpError, QpSolution};
 pub use relative_barrier::{RelativeBarrier, RelativeObstacle, RelativeSample};
+pub use rows_qp::RowsQp;
 pub use softmin::{softmin, softmin_weights};
 pub use weights::{LayerWeights, NetworkWeights, WeightsError};
 

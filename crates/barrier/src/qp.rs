@@ -14,6 +14,18 @@ pub struct HalfSpace<const N: usize> {
     pub offset: f64,
 }
 
+impl<const N: usize> HalfSpace<N> {
+    /// `a·u + b`, m/s: negative for controls outside.
+    pub fn value(&self, u: &[f64; N]) -> f64 {
+        (0..N).map(|k| self.normal[k] * u[k]).sum::<f64>() + self.offset
+    }
+
+    /// Whether no component is a NaN or an infinity.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.normal.iter().all(|component| component.is_finite()) && self.offset.is_finite()
+    }
+}
+
 /// The CBF-QP of the paper (eq. `cbf_qp`), softened by one slack as the authors' code does:
 ///
 /// ```text
@@ -40,9 +52,10 @@ pub struct QpSolution<const N: usize> {
     /// `max over the box of a·u + b`, m/s. The row without slack is feasible if and only if this is ≥ 0.
     /// `+∞` without a row.
     pub hard_margin: f64,
-    /// Multiplier λ of the row; zero where the row does not change the control.
+    /// Multiplier λ of the row; zero where the row does not change the control, and with several rows
+    /// ([`crate::RowsQp`]), which have one each.
     pub multiplier: f64,
-    /// Whether the row changed the control (λ > 0).
+    /// Whether the row, or one of them, changed the control (λ > 0).
     pub active: bool,
 }
 
@@ -74,6 +87,11 @@ impl<const N: usize> CbfQp<N> {
         } else {
             Err(QpError::SlackWeight { weight: slack_weight })
         }
+    }
+
+    /// Returns the same problem with another box of controls.
+    pub fn within(&self, control: InputBox<N>) -> Self {
+        Self { control, ..*self }
     }
 
     /// Returns the box of controls.

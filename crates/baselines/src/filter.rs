@@ -1,12 +1,11 @@
 //! The filters: the nominal acceleration, corrected by one softened row for each obstacle.
 
-use barrier::HalfSpace;
+use barrier::{HalfSpace, largest_margin};
 use dynamics::InputBox;
 use messages::MAX_OBSTACLES;
 
 use crate::inputs::{Inputs, NoControl};
 use crate::method::{Method, MethodOutput, Verdict};
-use crate::minimax::largest_margin;
 use crate::pair_rows::{PairRow, PairState};
 use crate::parameters::FilterParameters;
 use crate::setup::MethodSetupError;

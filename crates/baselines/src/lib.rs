@@ -20,7 +20,6 @@
 mod filter;
 mod inputs;
 mod method;
-mod minimax;
 mod pair_rows;
 mod parameters;
 mod planner;

@@ -1,5 +1,5 @@
 //! The filters' quadratic program: many rows, each with a slack of its own, over a box of two controls, solved exactly.
-//! Not here: where the rows come from (`pair_rows`), and whether they could be met without slack (`minimax`).
+//! Not here: where the rows come from (`pair_rows`), and whether they could be met without slack (`barrier`).
 
 use barrier::HalfSpace;
 use dynamics::InputBox;
@@ -130,7 +130,7 @@ impl SoftRowsQp {
     }
 }
 
-pub(crate) fn value(row: &HalfSpace<2>, u: &[f64; 2]) -> f64 {
+fn value(row: &HalfSpace<2>, u: &[f64; 2]) -> f64 {
     row.normal[0] * u[0] + row.normal[1] * u[1] + row.offset
 }
 

@@ -1,69 +1,25 @@
 //! Whether rows could be met at all: the largest margin that some control in a box has in its worst row. Exact up to the
 //! tolerance, without a solver: halving of the margin, and for each a polygon cut by every row.
 
-use barrier::HalfSpace;
 use dynamics::InputBox;
-use messages::MAX_OBSTACLES;
 
-use crate::soft_rows_qp::value;
+use crate::polygon::Polygon;
+use crate::qp::HalfSpace;
 
-/// Corners of a box cut by every row: each cut adds one at most.
-const CORNERS: usize = 4 + MAX_OBSTACLES;
 /// The margin is known to this share of its first bracket.
 const RELATIVE_TOLERANCE: f64 = 1e-10;
 
-/// A convex polygon of controls.
-#[derive(Clone, Copy)]
-struct Polygon {
-    corners: [[f64; 2]; CORNERS],
-    count: usize,
-}
-
-impl Polygon {
-    fn of(control: &InputBox<2>) -> Self {
-        let (min, max) = (control.min, control.max);
-        let mut corners = [[0.0; 2]; CORNERS];
-        corners[..4].copy_from_slice(&[min, [max[0], min[1]], max, [min[0], max[1]]]);
-        Self { corners, count: 4 }
-    }
-
-    /// What is left where `row ≥ margin`.
-    fn cut(&self, row: &HalfSpace<2>, margin: f64) -> Self {
-        let mut left = Self { corners: [[0.0; 2]; CORNERS], count: 0 };
-        for index in 0..self.count {
-            let (from, to) = (self.corners[index], self.corners[(index + 1) % self.count]);
-            let (f, t) = (value(row, &from) - margin, value(row, &to) - margin);
-            if f >= 0.0 {
-                left.push(from);
-            }
-            if (f >= 0.0) != (t >= 0.0) {
-                let share = f / (f - t);
-                left.push(std::array::from_fn(|k| from[k] + share * (to[k] - from[k])));
-            }
-        }
-        left
-    }
-
-    fn push(&mut self, corner: [f64; 2]) {
-        // Rounding could make a corner too many out of an edge of no length; it adds nothing.
-        if self.count < CORNERS {
-            self.corners[self.count] = corner;
-            self.count += 1;
-        }
-    }
-}
-
 /// `max over u in the box of min_i (a_i·u + b_i)`, unit of the rows; `+∞` without rows, NaN where a row is not finite.
-/// At most [`MAX_OBSTACLES`] rows.
-pub(crate) fn largest_margin(control: &InputBox<2>, rows: &[HalfSpace<2>]) -> f64 {
+///
+/// Never above the true value. At most one row more than [`crate::MAX_OBSTACLES`]. Allocates nothing.
+pub fn largest_margin(control: &InputBox<2>, rows: &[HalfSpace<2>]) -> f64 {
     let support = |row: &HalfSpace<2>| {
         let best = |k: usize| (row.normal[k] * control.min[k]).max(row.normal[k] * control.max[k]);
         row.offset + best(0) + best(1)
     };
-    let worst_at = |u: &[f64; 2]| rows.iter().map(|row| value(row, u)).fold(f64::INFINITY, f64::min);
     let mut high = rows.iter().map(support).fold(f64::INFINITY, f64::min);
     let middle = std::array::from_fn(|k| 0.5 * (control.min[k] + control.max[k]));
-    let mut low = worst_at(&middle);
+    let mut low = worst_at(rows, &middle);
     if rows.is_empty() {
         return high;
     }
@@ -73,22 +29,24 @@ pub(crate) fn largest_margin(control: &InputBox<2>, rows: &[HalfSpace<2>]) -> f6
     let tolerance = RELATIVE_TOLERANCE * (1.0 + high - low);
     while high - low > tolerance {
         let margin = 0.5 * (low + high);
-        let mut polygon = Polygon::of(control);
-        for row in rows {
-            polygon = polygon.cut(row, margin);
-        }
-        if polygon.count > 0 {
-            low = margin;
-        } else {
+        if Polygon::cut_by(control, rows, margin).is_empty() {
             high = margin;
+        } else {
+            low = margin;
         }
     }
     low
 }
 
+/// `min_i (a_i·u + b_i)`; `+∞` without rows.
+pub(crate) fn worst_at(rows: &[HalfSpace<2>], u: &[f64; 2]) -> f64 {
+    rows.iter().map(|row| row.value(u)).fold(f64::INFINITY, f64::min)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::MAX_OBSTACLES;
 
     fn quadrotor() -> InputBox<2> {
         InputBox::new([-2.0, -2.0], [2.0, 2.0]).unwrap()
@@ -131,7 +89,7 @@ mod tests {
         for i in 0..=400 {
             for j in 0..=400 {
                 let u = [f64::from(i) * 0.01 - 2.0, f64::from(j) * 0.01 - 2.0];
-                best = best.max(rows.iter().map(|row| value(row, &u)).fold(f64::INFINITY, f64::min));
+                best = best.max(worst_at(&rows, &u));
             }
         }
         let margin = largest_margin(&quadrotor(), &rows);
