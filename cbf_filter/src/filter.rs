@@ -16,6 +16,7 @@ use crate::class_models::ClassModels;
 use crate::joint::Joint;
 use crate::ladder::rung;
 use crate::model::FilterSetupError;
+use crate::options::{Options, within_speed_limit};
 use crate::prediction::{self, Inflation};
 use crate::trust::{Limits, Trusted};
 
@@ -46,6 +47,9 @@ pub struct SafetyFilter {
     barrier: CompositeBarrier,
     class_models: ClassModels,
     qp: CbfQp<2>,
+    options: Option<Options>,
+    /// Per axis, m/s; the double integrator's alone.
+    max_speed_mps: Option<f64>,
     joint: Option<Joint>,
     limits: Limits,
     inflation: Inflation,
@@ -94,6 +98,8 @@ impl SafetyFilter {
             barrier,
             class_models,
             qp: CbfQp::new(control, filter.slack_weight)?,
+            options: Options::of(filter),
+            max_speed_mps: filter.robot_max_speed_mps,
             joint,
             limits: Limits::new(filter),
             inflation: Inflation::new(settings),
@@ -173,17 +179,8 @@ impl SafetyFilter {
     fn correct(&mut self, trusted: &Trusted<'_>, now_ns: u64) -> Result<Correction, Reason> {
         let pose = prediction::robot_pose(trusted.robot_state, now_ns);
         self.gather(trusted.obstacles, [pose[0], pose[1]], now_ns);
-        let sample = match &self.pair {
-            Pair::Unicycle(pair) => self.barrier.evaluate(pair, &pose, &self.obstacles),
-            Pair::DoubleIntegrator(pair) => {
-                let [vx, vy] = trusted.robot_state.velocity_in_odom_mps();
-                self.barrier.evaluate(pair, &[pose[0], pose[1], vx, vy], &self.obstacles)
-            }
-        }
-        .map_err(|_| Reason::NonFiniteBarrier)?;
+        let (sample, solution) = self.solve(trusted, &pose, now_ns)?;
         let row = sample.row(self.alpha_per_s);
-        let solution =
-            self.qp.solve(&trusted.nominal.control, row.as_ref()).map_err(|_| Reason::NonFiniteBarrier)?;
         let overruled = match (&mut self.joint, &row) {
             (Some(joint), Some(row)) => {
                 let x = match &self.pair {
@@ -199,6 +196,60 @@ impl SafetyFilter {
         };
         let escaped = overruled.is_some();
         Ok(Correction { solution: overruled.unwrap_or(solution), escaped, sample })
+    }
+
+    /// The control nearest to the nominal one at the robot's `pose`, and the condition it is under: the paper's, or with what
+    /// the settings have beyond it.
+    fn solve(
+        &mut self,
+        trusted: &Trusted<'_>,
+        pose: &[f64; 3],
+        now_ns: u64,
+    ) -> Result<(CompositeSample, QpSolution<2>), Reason> {
+        let velocity_mps = trusted.robot_state.velocity_in_odom_mps();
+        let qp = self.qp_at(velocity_mps);
+        let u_nom = &trusted.nominal.control;
+        let Some(options) = &mut self.options else {
+            return self.solve_published(&qp, u_nom, pose, velocity_mps);
+        };
+        match &self.pair {
+            Pair::Unicycle(pair) => options.look(&mut self.barrier, pair, pose, &self.obstacles),
+            Pair::DoubleIntegrator(pair) => {
+                let x = double_integrator(pose, velocity_mps);
+                options.look(&mut self.barrier, pair, &x, &self.obstacles)
+            }
+        }?;
+        options.decide(&mut self.barrier, &qp, u_nom, &self.track_ids, now_ns)
+    }
+
+    /// The CBF-QP under the composite's one condition.
+    fn solve_published(
+        &mut self,
+        qp: &CbfQp<2>,
+        u_nom: &[f64; 2],
+        pose: &[f64; 3],
+        velocity_mps: [f64; 2],
+    ) -> Result<(CompositeSample, QpSolution<2>), Reason> {
+        let sample = match &self.pair {
+            Pair::Unicycle(pair) => self.barrier.evaluate(pair, pose, &self.obstacles),
+            Pair::DoubleIntegrator(pair) => {
+                self.barrier.evaluate(pair, &double_integrator(pose, velocity_mps), &self.obstacles)
+            }
+        }
+        .map_err(|_| Reason::NonFiniteBarrier)?;
+        let solution = qp.solve(u_nom, sample.row(self.alpha_per_s).as_ref());
+        Ok((sample, solution.map_err(|_| Reason::NonFiniteBarrier)?))
+    }
+
+    /// The program over the controls that keep the robot's own speed limit, if the settings name one.
+    fn qp_at(&self, velocity_mps: [f64; 2]) -> CbfQp<2> {
+        match self.max_speed_mps {
+            Some(limit_mps) => {
+                let control = self.qp.control();
+                self.qp.within(within_speed_limit(control, velocity_mps, limit_mps, self.period_s))
+            }
+            None => self.qp,
+        }
     }
 
     /// Collects the obstacles within sensing range, predicted to `now_ns`.
@@ -300,6 +351,11 @@ impl SafetyFilter {
             ledger: ledger(inputs, tick),
         }
     }
+}
+
+/// State `[x, y, vx, vy]` of the double integrator in `odom`, m and m/s.
+fn double_integrator(pose: &[f64; 3], [vx, vy]: [f64; 2]) -> [f64; 4] {
+    [pose[0], pose[1], vx, vy]
 }
 
 fn ledger(inputs: &Inputs<'_>, tick: Tick) -> Ledger {

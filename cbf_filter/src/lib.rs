@@ -7,12 +7,14 @@
 //! What is deliberately absent: planning (the nominal controller's business), estimation (the estimator's), and any
 //! way to switch the filter off.
 
+mod appearance;
 mod brake;
 mod class_models;
 mod filter;
 mod joint;
 mod ladder;
 mod model;
+mod options;
 mod prediction;
 pub mod shell;
 mod trust;

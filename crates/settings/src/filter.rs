@@ -6,8 +6,9 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::EMBEDDED_PREFIX;
-use crate::JointSettings;
 use crate::error::{Checked, non_negative, positive, positive_ms, require};
+use crate::filter_options::{self, Composition, ObstacleInput, SoftminOffset, is_default};
+use crate::{JointSettings, RobotKind};
 
 /// Which evaluation kernel computes the barrier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,6 +90,22 @@ pub struct FilterSettings {
     pub future_tolerance_ms: u64,
     /// Evaluation kernel.
     pub kernel: KernelChoice,
+    /// What is taken for the obstacles' own inputs; the estimate if absent.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub obstacle_input: ObstacleInput,
+    /// How several barriers become conditions; one composite if absent.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub composition: Composition,
+    /// What becomes of the softmin's offset; it stays if absent.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub softmin_offset: SoftminOffset,
+    /// Time over which an obstacle that comes into sight begins to count, s; it counts at once if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub appearance_ramp_s: Option<f64>,
+    /// Speed along each axis that a double-integrator robot does not exceed, m/s: controls beyond it are left out. No limit if
+    /// absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot_max_speed_mps: Option<f64>,
     /// Models for obstacles of a class, written like `model`; a class that is absent, and `unknown`, take `model`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub class_models: BTreeMap<ClassName, String>,
@@ -107,7 +124,7 @@ impl FilterSettings {
         }
     }
 
-    pub(crate) fn validate(&self) -> Checked {
+    pub(crate) fn validate(&self, kind: RobotKind) -> Checked {
         require(!self.model.is_empty(), "filter.model", &self.model, "a file or embedded:NAME")?;
         let named = self.class_models.values().all(|model| !model.is_empty());
         require(named, "filter.class_models", &self.class_models, "a file or embedded:NAME for each class")?;
@@ -130,6 +147,7 @@ impl FilterSettings {
         positive_ms("filter.detections_max_age_ms", self.detections_max_age_ms)?;
         positive_ms("filter.nominal_max_silence_ms", self.nominal_max_silence_ms)?;
         positive_ms("filter.future_tolerance_ms", self.future_tolerance_ms)?;
+        filter_options::validate(self, kind)?;
         self.joint.as_ref().map_or(Ok(()), JointSettings::validate)
     }
 }

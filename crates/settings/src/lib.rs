@@ -11,6 +11,7 @@ mod covered;
 mod error;
 mod estimator;
 mod filter;
+mod filter_options;
 mod joint;
 mod nominal;
 mod offline;
@@ -34,6 +35,7 @@ pub use estimator::{
     EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, ManoeuvreSettings, NoiseSettings,
 };
 pub use filter::{ClassName, FilterSettings, FilterTrigger, KernelChoice};
+pub use filter_options::{Composition, ObstacleInput, SoftminOffset};
 pub use joint::{JointSettings, JointUse};
 pub use nominal::{ControllerKind, LqrSettings, MpcSettings, NominalSettings, PurePursuitSettings};
 pub use offline::{Accuracy, Formulation, GridSettings, OfflineSettings, SolverSettings};
@@ -127,7 +129,7 @@ impl Settings {
             ros2.validate_controller(self.nominal.controller)?;
             ros2.validate_lookahead(self.nominal.goal_tolerance_m)?;
         }
-        self.filter.validate()?;
+        self.filter.validate(self.robot.kind)?;
         positive("robot.radius_m + obstacle.radius_m", self.failure_radius_m())?;
         self.realtime.as_ref().map_or(Ok(()), |realtime| realtime.validate(self))?;
         self.offline.as_ref().map_or(Ok(()), |offline| {
