@@ -119,8 +119,8 @@ fn with_the_ramp_h_does_not_jump_when_someone_appears_and_ends_where_it_would_be
             .collect();
         Scene::fresh(&people, now_ns)
     };
-    let ([first, _, _], second) = (people(), person(8, [0.6, -4.0], [0.3, 0.5], START_NS));
-    let mut ramped = filter_with(|filter| filter.appearance_ramp_s = Some(0.4));
+    let ([first, _, _], second) = (people(), person(8, [0.5, -1.8], [0.2, -0.6], START_NS));
+    let mut ramped = filter_with(|filter| filter.appearance_ramp_s = Some(0.1));
     let mut published = scene::filter();
     let before = at(&[first], START_NS).step(&mut ramped, START_NS).h_m;
     let later_ns = START_NS + 4 * MS;
@@ -129,7 +129,7 @@ fn with_the_ramp_h_does_not_jump_when_someone_appears_and_ends_where_it_would_be
         at(&[first, second], later_ns).step(&mut published, later_ns).h_m,
     );
     assert!((soft - before).abs() < 0.002 && hard < before - 0.005, "{before} {soft} {hard}");
-    let end_ns = later_ns + 400 * MS;
+    let end_ns = later_ns + 100 * MS;
     let (soft, hard) = (
         at(&[first, second], end_ns).step(&mut ramped, end_ns).h_m,
         at(&[first, second], end_ns).step(&mut published, end_ns).h_m,

@@ -90,6 +90,7 @@ impl<const N: usize> CbfQp<N> {
     }
 
     /// Returns the same problem with another box of controls.
+    #[must_use]
     pub fn within(&self, control: InputBox<N>) -> Self {
         Self { control, ..*self }
     }
