@@ -97,6 +97,40 @@ fn pairs_beside_the_composite_only_add_conditions() {
     assert!(distance(&command) >= distance(&published) - 1e-6);
 }
 
+/// With the offset's bound removed the composite is lax, and the pairs' own conditions are what holds the robot.
+#[test]
+fn pairs_beside_the_composite_hold_for_the_two_nearest() {
+    let lax = |composition| {
+        filter_with(|filter| {
+            filter.composition = composition;
+            filter.softmin_offset = SoftminOffset::RemoveBound;
+        })
+    };
+    let (mut alone, mut both) = (lax(Composition::Composite), lax(Composition::CompositeAndPairs));
+    let (mut missed, mut met) = (0, 0);
+    for tenths in 15..35 {
+        let ahead_m = f64::from(tenths) * 0.1;
+        let people = [
+            person(1, [ahead_m, 0.4], [-0.8, 0.0], START_NS),
+            person(2, [ahead_m + 0.3, -0.5], [-0.7, 0.1], START_NS),
+        ];
+        let scene = Scene::fresh(&people, START_NS);
+        let own = |control: [f64; 2]| {
+            let of = people.map(|one| {
+                let mut command = Scene::fresh(&[one], START_NS).step(&mut scene::filter(), START_NS);
+                command.control = control;
+                held(&command)
+            });
+            of[0].min(of[1])
+        };
+        let (with, without) = (scene.step(&mut both, START_NS), scene.step(&mut alone, START_NS));
+        assert!(own(with.control) >= -with.slack_mps - 1e-9, "{with:?}");
+        met += usize::from(with.slack_mps < 1e-9);
+        missed += usize::from(own(without.control) < -without.slack_mps - 1e-3);
+    }
+    assert!(met > 0 && missed > 0, "the scenes are too tame: {met} {missed}");
+}
+
 #[test]
 fn without_the_softmin_s_offset_h_is_the_smallest_value() {
     let scene = Scene::fresh(&people(), START_NS);
