@@ -84,7 +84,7 @@ fn a_model_that_does_not_fit_is_refused() {
         std::fs::write(&file, text).expect("a writable file");
         file.to_str().expect("a plain path").to_owned()
     };
-    let bounds = settings("bounds.toml", "control_max = [1.0, 0.8]", "control_max = [1.5, 0.8]");
+    let bounds = settings("bounds.toml", "control_max = [1.0, 0.8]", "control_max = [0.9, 0.8]");
     assert_refused(&["filter", "--config", &bounds], "control box");
     let radius = settings("radius.toml", "radius_m = 0.35", "radius_m = 0.45");
     assert_refused(&["filter", "--config", &radius], "radius");
