@@ -80,9 +80,9 @@ fn a_terminal_set_needs_a_model_of_this_robot_among_walking_people() {
     let still = barrier::Model::load(&path).unwrap();
     let error = parameters.build(&common::ground_robot(), Some(&still)).err().unwrap();
     assert!(matches!(error, MethodSetupError::Model(ModelMismatch::Dynamics { .. })), "{error}");
-    let mut faster = common::ground_robot();
-    faster.robot.control_max[0] = 1.5;
-    let error = parameters.build(&faster, Some(&common::model())).err().unwrap();
+    let mut slower = common::ground_robot();
+    slower.robot.control_max[0] = 0.9;
+    let error = parameters.build(&slower, Some(&common::model())).err().unwrap();
     assert!(matches!(error, MethodSetupError::Model(ModelMismatch::Control { .. })), "{error}");
 }
 
