@@ -6,11 +6,20 @@ use crate::setup::{MethodKind, MethodParameters};
 impl MethodParameters {
     /// The method with the winner of a grid search that gives every method, CN-CBF included, equally many settings, the
     /// same scenarios and one criterion: most successes among the settings that are fast enough. What is not named here is
-    /// as [published](Self::published).
-    pub fn tuned(kind: MethodKind) -> Self {
+    /// as [published](Self::published). Nothing for VO-MPC, whose search has not been made.
+    pub fn tuned(kind: MethodKind) -> Option<Self> {
         let mut tuned = Self::published(kind);
         match &mut tuned {
-            Self::SdfMpc(_) | Self::DcbfMpc(_) | Self::VoMpc(_) | Self::RntcMpc(_) => {}
+            Self::SdfMpc(planner) => planner.sight.margin_m = 0.3,
+            Self::DcbfMpc(dcbf) => {
+                dcbf.planner.sight.margin_m = 0.3;
+                dcbf.gamma = 0.5;
+            }
+            Self::VoMpc(_) => return None,
+            Self::RntcMpc(rntc) => {
+                rntc.planner.sight.margin_m = 0.3;
+                rntc.terminal_margin_m = 0.1;
+            }
             Self::C3bf(c3bf) => {
                 c3bf.filter.sight.margin_m = 0.2;
                 c3bf.k_per_s = 12.0;
@@ -21,6 +30,6 @@ impl MethodParameters {
                 ho_cbf.k2_per_s = 4.0;
             }
         }
-        tuned
+        Some(tuned)
     }
 }

@@ -65,7 +65,7 @@ impl Robot {
     /// `tuning/`) changes in CN-CBF's published settings.
     const fn tuned(self) -> &'static [&'static str] {
         match self {
-            Self::Ground => &[],
+            Self::Ground => &["filter.sdf_buffer_m=0.3"],
             Self::Quadrotor => &["filter.sdf_buffer_m=0.2", "filter.beta_per_m=8.0"],
         }
     }
