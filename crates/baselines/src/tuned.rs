@@ -6,8 +6,8 @@ use crate::setup::{MethodKind, MethodParameters};
 impl MethodParameters {
     /// The method with the winner of a grid search that gives every method, CN-CBF included, equally many settings, the
     /// same scenarios and one criterion: most successes among the settings that are fast enough. What is not named here is
-    /// as [published](Self::published). Nothing for VO-MPC, whose search has not been made.
-    pub fn tuned(kind: MethodKind) -> Option<Self> {
+    /// as [published](Self::published).
+    pub fn tuned(kind: MethodKind) -> Self {
         let mut tuned = Self::published(kind);
         match &mut tuned {
             Self::SdfMpc(planner) => planner.sight.margin_m = 0.3,
@@ -15,7 +15,10 @@ impl MethodParameters {
                 dcbf.planner.sight.margin_m = 0.3;
                 dcbf.gamma = 0.5;
             }
-            Self::VoMpc(_) => return None,
+            Self::VoMpc(planner) => {
+                planner.sight.margin_m = 0.3;
+                planner.horizon_steps = 10;
+            }
             Self::RntcMpc(rntc) => {
                 rntc.planner.sight.margin_m = 0.3;
                 rntc.terminal_margin_m = 0.1;
@@ -30,6 +33,6 @@ impl MethodParameters {
                 ho_cbf.k2_per_s = 4.0;
             }
         }
-        Some(tuned)
+        tuned
     }
 }

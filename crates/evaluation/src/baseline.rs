@@ -28,7 +28,7 @@ impl Baseline {
             let parameters = if name == kind.name() {
                 MethodParameters::published(kind)
             } else if name == kind.tuned_name() {
-                MethodParameters::tuned(kind)?
+                MethodParameters::tuned(kind)
             } else {
                 return None;
             };
@@ -66,10 +66,9 @@ struct Section {
     method: MethodParameters,
 }
 
-/// Names of the methods for `robot`, each as published and then, where there is such, tuned.
+/// Names of the methods for `robot`, each as published and then tuned.
 pub(crate) fn names(robot: Robot) -> Vec<&'static str> {
-    let tuned = |kind: MethodKind| MethodParameters::tuned(kind).map(|_| kind.tuned_name());
-    kinds(robot).flat_map(|kind| std::iter::once(kind.name()).chain(tuned(kind))).collect()
+    kinds(robot).flat_map(|kind| [kind.name(), kind.tuned_name()]).collect()
 }
 
 fn kinds(robot: Robot) -> impl Iterator<Item = MethodKind> {

@@ -106,7 +106,7 @@ fn the_published_settings_begin_each_grid() {
 fn whatever_was_searched_for_is_a_row_and_nothing_else() {
     for kind in MethodKind::ALL {
         assert_eq!(kind.tuned_name(), format!("{kind}_tuned"));
-        assert!(MethodParameters::tuned(kind).is_none_or(|parameters| parameters.kind() == kind));
+        assert_eq!(MethodParameters::tuned(kind).kind(), kind);
     }
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tuning");
     for (robot, grid) in every_grid() {
