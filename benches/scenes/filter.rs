@@ -91,6 +91,7 @@ impl FilterStep {
             robot_state: Some(robot_state),
             obstacles: Some(&self.obstacles),
             nominal: Some(nominal),
+            goal: None,
         };
         self.filter.step(&inputs, Tick::timer(START_NS, START_NS))
     }

@@ -1,16 +1,18 @@
 //! One cycle of the filter: from the newest inputs to one safe command.
 
 use barrier::{
-    BarrierConstraint, BarrierObstacle, CbfQp, CompositeBarrier, CompositeSample, Kernel, Model, QpSolution,
+    BarrierConstraint, BarrierObstacle, CbfQp, CompositeBarrier, CompositeSample, HalfSpace, Kernel, Model,
+    QpSolution,
 };
 use dynamics::{DoubleIntegratorPair, UnicyclePair};
 use messages::{
-    ControlKind, Ledger, MAX_OBSTACLES, NominalCommand, Obstacles, Reason, RobotState, SafeCommand,
+    ControlKind, Goal, Ledger, MAX_OBSTACLES, NominalCommand, Obstacles, Reason, RobotState, SafeCommand,
     SafetyStatus,
 };
 use node_runtime::Tick;
 use settings::{KernelChoice, Settings};
 
+use crate::anticipation::Anticipating;
 use crate::brake::Brake;
 use crate::class_models::ClassModels;
 use crate::joint::Joint;
@@ -32,6 +34,8 @@ pub struct Inputs<'a> {
     pub obstacles: Option<&'a Obstacles>,
     /// What it would do alone.
     pub nominal: Option<&'a NominalCommand>,
+    /// Where it wants to be: only `[filter.anticipation]` asks.
+    pub goal: Option<&'a Goal>,
 }
 
 /// The pair of robot and obstacle dynamics that the model was made for.
@@ -51,6 +55,7 @@ pub struct SafetyFilter {
     /// Per axis, m/s; the double integrator's alone.
     max_speed_mps: Option<f64>,
     joint: Option<Joint>,
+    anticipation: Option<Anticipating>,
     limits: Limits,
     inflation: Inflation,
     brake: Brake,
@@ -92,6 +97,7 @@ impl SafetyFilter {
         let contact_radius_m = crate::model::contact_radius_m(settings);
         let class_models = ClassModels::add_to(&mut barrier, filter, model, contact_radius_m)?;
         let joint = Joint::of(settings, &pair);
+        let anticipation = Anticipating::of(settings, &pair);
         Ok(Self {
             pair,
             control_kind,
@@ -101,6 +107,7 @@ impl SafetyFilter {
             options: Options::of(filter),
             max_speed_mps: filter.robot_max_speed_mps,
             joint,
+            anticipation,
             limits: Limits::new(filter),
             inflation: Inflation::new(settings),
             brake: Brake::new(robot, filter.period_ms as f64 * 1e-3),
@@ -126,7 +133,8 @@ impl SafetyFilter {
     ///
     /// With trusted inputs the command is the CBF-QP's: the admissible control nearest to u_nom with
     /// L_f h + L_g h·u + ∂h/∂t + α·h ≥ −s (CN-CBF paper, eq. cbf_qp, softened by one slack s as in the authors' code).
-    /// Where the settings have `[filter.joint]`, a manoeuvre clear of everybody may take its place.
+    /// Where the settings have `[filter.anticipation]`, the best way through the crowd takes u_nom's place, and the QP's where no
+    /// control meets the condition. Where they have `[filter.joint]`, a manoeuvre clear of everybody may take the command's place.
     /// With anything less it brakes, and [`SafeCommand::reason`] says why. Allocates nothing.
     pub fn step(&mut self, inputs: &Inputs<'_>, tick: Tick) -> SafeCommand {
         self.sequence += 1;
@@ -134,7 +142,7 @@ impl SafetyFilter {
         let mut command = self.blank(inputs, tick);
         let outcome = self.limits.check(inputs, self.control_kind, tick.woke_ns).and_then(|trusted| {
             self.in_order(trusted.robot_state)?;
-            self.correct(&trusted, tick.woke_ns).map(|correction| (trusted, correction))
+            self.correct(&trusted, inputs.goal, tick.woke_ns).map(|correction| (trusted, correction))
         });
         match outcome {
             Ok((trusted, correction)) => {
@@ -176,41 +184,48 @@ impl SafetyFilter {
         Ok(())
     }
 
-    fn correct(&mut self, trusted: &Trusted<'_>, now_ns: u64) -> Result<Correction, Reason> {
+    fn correct(
+        &mut self,
+        trusted: &Trusted<'_>,
+        goal: Option<&Goal>,
+        now_ns: u64,
+    ) -> Result<Correction, Reason> {
         let pose = prediction::robot_pose(trusted.robot_state, now_ns);
+        let velocity_mps = trusted.robot_state.velocity_in_odom_mps();
         self.gather(trusted.obstacles, [pose[0], pose[1]], now_ns);
-        let (sample, solution) = self.solve(trusted, &pose, now_ns)?;
-        let row = sample.row(self.alpha_per_s);
-        let overruled = match (&mut self.joint, &row) {
-            (Some(joint), Some(row)) => {
-                let x = match &self.pair {
-                    Pair::Unicycle(_) => [pose[0], pose[1], pose[2], 0.0],
-                    Pair::DoubleIntegrator(_) => {
-                        let [vx, vy] = trusted.robot_state.velocity_in_odom_mps();
-                        [pose[0], pose[1], vx, vy]
-                    }
-                };
-                joint.overrule(&x, &self.obstacles, row, &solution)
-            }
-            (None, _) | (_, None) => None,
+        let x = match &self.pair {
+            Pair::Unicycle(_) => [pose[0], pose[1], pose[2], 0.0],
+            Pair::DoubleIntegrator(_) => double_integrator(&pose, velocity_mps),
         };
-        let escaped = overruled.is_some();
-        Ok(Correction { solution: overruled.unwrap_or(solution), escaped, sample })
+        let ahead = self.anticipation.as_mut();
+        let anticipated =
+            ahead.and_then(|ahead| ahead.wish(&x, goal, &self.obstacles, &self.track_ids, now_ns));
+        let wish = anticipated.unwrap_or(trusted.nominal.control);
+        let (sample, solution) = self.solve(&wish, &pose, velocity_mps, now_ns)?;
+        let Some(row) = sample.row(self.alpha_per_s) else {
+            return Ok(Correction { solution, escaped: false, sample });
+        };
+        let joint = self.joint.as_mut();
+        let overruled =
+            joint.and_then(|joint| joint.overrule(&x, &self.obstacles, &row, &solution)).or_else(|| {
+                // Where no control meets the condition, the way looked for ahead is better than the least violation now.
+                anticipated.filter(|_| solution.hard_margin < 0.0).map(|u| beside(&row, u, &solution))
+            });
+        Ok(Correction { solution: overruled.unwrap_or(solution), escaped: overruled.is_some(), sample })
     }
 
-    /// The control nearest to the nominal one at the robot's `pose`, and the condition it is under: the paper's, or with what
+    /// The control nearest to `wish` at the robot's `pose`, and the condition it is under: the paper's, or with what
     /// the settings have beyond it.
     fn solve(
         &mut self,
-        trusted: &Trusted<'_>,
+        wish: &[f64; 2],
         pose: &[f64; 3],
+        velocity_mps: [f64; 2],
         now_ns: u64,
     ) -> Result<(CompositeSample, QpSolution<2>), Reason> {
-        let velocity_mps = trusted.robot_state.velocity_in_odom_mps();
         let qp = self.qp_at(velocity_mps);
-        let u_nom = &trusted.nominal.control;
         let Some(options) = &mut self.options else {
-            return self.solve_published(&qp, u_nom, pose, velocity_mps);
+            return self.solve_published(&qp, wish, pose, velocity_mps);
         };
         match &self.pair {
             Pair::Unicycle(pair) => options.look(&mut self.barrier, pair, pose, &self.obstacles),
@@ -219,14 +234,14 @@ impl SafetyFilter {
                 options.look(&mut self.barrier, pair, &x, &self.obstacles)
             }
         }?;
-        options.decide(&mut self.barrier, &qp, u_nom, &self.track_ids, now_ns)
+        options.decide(&mut self.barrier, &qp, wish, &self.track_ids, now_ns)
     }
 
     /// The CBF-QP under the composite's one condition.
     fn solve_published(
         &mut self,
         qp: &CbfQp<2>,
-        u_nom: &[f64; 2],
+        wish: &[f64; 2],
         pose: &[f64; 3],
         velocity_mps: [f64; 2],
     ) -> Result<(CompositeSample, QpSolution<2>), Reason> {
@@ -237,7 +252,7 @@ impl SafetyFilter {
             }
         }
         .map_err(|_| Reason::NonFiniteBarrier)?;
-        let solution = qp.solve(u_nom, sample.row(self.alpha_per_s).as_ref());
+        let solution = qp.solve(wish, sample.row(self.alpha_per_s).as_ref());
         Ok((sample, solution.map_err(|_| Reason::NonFiniteBarrier)?))
     }
 
@@ -382,6 +397,12 @@ fn ledger(inputs: &Inputs<'_>, tick: Tick) -> Ledger {
         voluntary_switches: 0,
         involuntary_switches: 0,
     }
+}
+
+/// `solution` with the control `u` instead, whose slack is what `u` misses of the condition of `row`.
+pub(crate) fn beside(row: &HalfSpace<2>, u: [f64; 2], solution: &QpSolution<2>) -> QpSolution<2> {
+    let held = row.offset + row.normal[0] * u[0] + row.normal[1] * u[1];
+    QpSolution { u, slack: (-held).max(0.0), ..*solution }
 }
 
 /// The kernel that a setting means on this processor.

@@ -3,7 +3,7 @@
 use barrier::{BarrierObstacle, Escape, HalfSpace, JointEscape, JointHorizon, JointRobot, QpSolution};
 use settings::{JointSettings, JointUse, Settings};
 
-use crate::filter::Pair;
+use crate::filter::{Pair, beside};
 
 /// The joint look-ahead with its settings.
 pub(crate) struct Joint {
@@ -61,8 +61,7 @@ impl Joint {
             return None;
         }
         let Escape { u, .. } = self.search.escape(x, &solution.u, obstacles, self.margin_m);
-        let held = row.offset + row.normal[0] * u[0] + row.normal[1] * u[1];
-        Some(QpSolution { u, slack: (-held).max(0.0), ..*solution })
+        Some(beside(row, u, solution))
     }
 
     /// Whether the QP's control leaves no manoeuvre that keeps clear of everybody.

@@ -7,6 +7,7 @@
 //! What is deliberately absent: planning (the nominal controller's business), estimation (the estimator's), and any
 //! way to switch the filter off.
 
+mod anticipation;
 mod appearance;
 mod brake;
 mod class_models;
@@ -15,6 +16,7 @@ mod joint;
 mod ladder;
 mod model;
 mod options;
+mod pace;
 mod prediction;
 pub mod shell;
 mod trust;

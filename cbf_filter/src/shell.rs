@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use messages::{NominalCommand, Obstacles, ProcessId, Reason, RobotState, SafeCommand, SafetyStatus};
+use messages::{Goal, NominalCommand, Obstacles, ProcessId, Reason, RobotState, SafeCommand, SafetyStatus};
 use node_runtime::{
     Clock, HealthReporter, Node, Pacing, ProcessLoop, Publisher, RealClock, Shutdown, Subscriber, Tick,
     UsageMeter, Waker, Work,
@@ -54,12 +54,14 @@ pub struct FilterProcess {
     robot_states: Subscriber<RobotState>,
     obstacle_lists: Subscriber<Obstacles>,
     nominal_commands: Subscriber<NominalCommand>,
+    goals: Subscriber<Goal>,
     safe_commands: Publisher<SafeCommand>,
     sink: Waker,
     usage: UsageMeter,
     robot_state: Option<RobotState>,
     obstacles: Option<Obstacles>,
     nominal: Option<NominalCommand>,
+    goal: Option<Goal>,
 }
 
 impl FilterProcess {
@@ -74,12 +76,14 @@ impl FilterProcess {
             robot_states: node.subscriber().context("robot states")?,
             obstacle_lists: node.subscriber().context("obstacles")?,
             nominal_commands: node.subscriber().context("nominal commands")?,
+            goals: node.subscriber().context("goals")?,
             safe_commands: node.publisher().context("safe commands")?,
             sink: node.waker(ProcessId::Bridge).context("the command sink's wake-up")?,
             usage: UsageMeter::new(),
             robot_state: None,
             obstacles: None,
             nominal: None,
+            goal: None,
         })
     }
 
@@ -101,10 +105,12 @@ impl Work for FilterProcess {
         self.robot_state = self.robot_states.newest().or(self.robot_state);
         self.obstacles = self.obstacle_lists.newest().or(self.obstacles);
         self.nominal = self.nominal_commands.newest().or(self.nominal);
+        self.goal = self.goals.newest().or(self.goal);
         let inputs = Inputs {
             robot_state: self.robot_state.as_ref(),
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal.as_ref(),
+            goal: self.goal.as_ref(),
         };
         let mut command = self.filter.step(&inputs, *tick);
         self.complete(&mut command);

@@ -114,6 +114,7 @@ impl Scene {
             robot_state: self.robot_state.as_ref(),
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal.as_ref(),
+            goal: None,
         };
         filter.step(&inputs, Tick::timer(now_ns, now_ns))
     }

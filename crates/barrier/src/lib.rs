@@ -14,7 +14,8 @@
 //! | composite `h(x, t)`, `L_g h`, `L_f h`, `∂h/∂t` (eq. `h_cn_to_h`) | [`CompositeBarrier`] |
 //! | CBF-QP (eq. `cbf_qp`), softened by one slack | [`CbfQp`] |
 //!
-//! Beyond the paper: conditions of single obstacles ([`CompositeBarrier::evaluate_pairs`], [`RowsQp`]); [`JointEscape`] looks ahead for a manoeuvre that keeps clear of everybody at once.
+//! Beyond the paper: conditions of single obstacles ([`CompositeBarrier::evaluate_pairs`], [`RowsQp`]); [`JointEscape`] looks
+//! ahead for a manoeuvre that keeps clear of everybody at once, [`Anticipation`] for the best way through a crowd.
 //!
 //! Nothing that is called once per cycle allocates after construction; `tests/allocation.rs` counts.
 //!
@@ -22,6 +23,7 @@
 //! own polynomials and the softmin the portable `libm` crate. The sine and cosine of the robot's heading
 //! are taken in `dynamics`.
 
+mod anticipation;
 mod composite;
 mod domain;
 mod elementary;
@@ -50,6 +52,7 @@ mod rows_qp;
 mod softmin;
 mod weights;
 
+pub use anticipation::{AnticipatingRobot, Anticipation, AnticipationHorizon};
 pub use composite::{
     BarrierConstraint, BarrierObstacle, CompositeBarrier, CompositeError, CompositeSample,
     CompositeSetupError, ObstacleInput, SoftminOffset,

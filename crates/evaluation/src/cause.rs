@@ -219,6 +219,7 @@ impl<'a> Investigator<'a> {
             robot_state: Some(&state),
             obstacles: Some(&obstacles),
             nominal: Some(&nominal),
+            goal: None,
         };
         let command = probe.step(&inputs, Tick::event(now_ns));
         let corrected = matches!(

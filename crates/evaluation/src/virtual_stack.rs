@@ -231,6 +231,7 @@ impl<S: Source + ?Sized> VirtualStack<S> {
             robot_state: self.robot_state.as_ref(),
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal_command.as_ref(),
+            goal: self.goal.as_ref(),
         };
         let (mut command, obeyed) = match &mut self.corrector {
             Corrector::Filter(filter) => (self.stopwatch.tick(|| filter.step(&inputs, tick)), true),

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::EMBEDDED_PREFIX;
 use crate::error::{Checked, non_negative, positive, positive_ms, require};
 use crate::filter_options::{self, Composition, ObstacleInput, SoftminOffset, is_default};
-use crate::{JointSettings, RobotKind};
+use crate::{AnticipationSettings, JointSettings, RobotKind};
 
 /// Which evaluation kernel computes the barrier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -112,6 +112,9 @@ pub struct FilterSettings {
     /// People treated jointly and ahead of time; not at all if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<JointSettings>,
+    /// A way through the crowd looked for ahead; not at all if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub anticipation: Option<AnticipationSettings>,
 }
 
 impl FilterSettings {
@@ -148,7 +151,8 @@ impl FilterSettings {
         positive_ms("filter.nominal_max_silence_ms", self.nominal_max_silence_ms)?;
         positive_ms("filter.future_tolerance_ms", self.future_tolerance_ms)?;
         filter_options::validate(self, kind)?;
-        self.joint.as_ref().map_or(Ok(()), JointSettings::validate)
+        self.joint.as_ref().map_or(Ok(()), JointSettings::validate)?;
+        self.anticipation.as_ref().map_or(Ok(()), AnticipationSettings::validate)
     }
 }
 

@@ -6,6 +6,7 @@
 //!
 //! What is deliberately absent: everything a command-line option chooses (source, instance name, recording path).
 
+mod anticipation;
 mod classes;
 mod covered;
 mod error;
@@ -29,6 +30,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+pub use anticipation::AnticipationSettings;
 pub use classes::ClassesSettings;
 pub use error::SettingsError;
 pub use estimator::{

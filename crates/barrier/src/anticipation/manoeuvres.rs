@@ -1,0 +1,310 @@
+//! What the robot could do: manoeuvres of two parts, the paths they take, and when each would reach the goal.
+//!
+//! A part aims at something and keeps it: the unicycle at a speed and yaw rate, taken at once; the double integrator at a
+//! velocity, each axis by its largest acceleration. The unicycle's paths are fixed in its own frame; the double integrator's
+//! are pairs of profiles along the axes, computed anew from its velocity.
+
+use dynamics::InputBox;
+
+use super::people::Frame;
+use super::{AnticipatingRobot, AnticipationHorizon};
+
+/// When the first part ends, as shares of the horizon.
+const SWITCHES: [f64; 3] = [0.125, 0.25, 0.45];
+/// Levels of a unicycle's speed and yaw rate, in the first and the second part.
+const UNICYCLE_FIRST: [usize; 2] = [4, 9];
+const UNICYCLE_SECOND: [usize; 2] = [3, 5];
+/// Levels of a double integrator's velocity along an axis, in the first and the second part.
+const AXIS_FIRST: usize = 7;
+const AXIS_SECOND: usize = 5;
+
+/// Closer than this to the goal a path has reached it, m.
+const REACHED_M: f64 = 0.5;
+/// Every so many moments a path is asked whether it has.
+const REACHED_EVERY: usize = 4;
+/// Heading is brought to the goal's bearing within 1/this, s; velocity likewise.
+const TURNING_GAIN_PER_S: f64 = 4.0;
+const VELOCITY_GAIN_PER_S: f64 = 2.0;
+
+/// Two aims, one after the other: `[speed, yaw rate]` of a unicycle, `[vx, vy]` of a double integrator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Manoeuvre {
+    first: [f64; 2],
+    switch_s: f64,
+    second: [f64; 2],
+}
+
+impl Manoeuvre {
+    fn aim(&self, t_s: f64) -> [f64; 2] {
+        if t_s < self.switch_s { self.first } else { self.second }
+    }
+}
+
+/// All manoeuvres of a robot, and their paths.
+#[derive(Debug)]
+pub(super) struct Manoeuvres {
+    robot: AnticipatingRobot,
+    moments: usize,
+    step_s: f64,
+    cruise_speed_mps: f64,
+    manoeuvres: Vec<Manoeuvre>,
+    /// Which profile of `xs` and of `ys` a manoeuvre takes.
+    profiles: Vec<[usize; 2]>,
+    /// Coordinates at each moment, profile after profile, m.
+    xs: Vec<f32>,
+    ys: Vec<f32>,
+}
+
+impl Manoeuvres {
+    pub(super) fn new(robot: AnticipatingRobot, horizon: &AnticipationHorizon) -> Self {
+        let mut all = Self {
+            robot,
+            moments: horizon.moments,
+            step_s: horizon.horizon_s / horizon.moments as f64,
+            cruise_speed_mps: horizon.cruise_speed_mps,
+            manoeuvres: Vec::new(),
+            profiles: Vec::new(),
+            xs: Vec::new(),
+            ys: Vec::new(),
+        };
+        match robot {
+            AnticipatingRobot::Unicycle { control } => all.list_unicycle(&control, horizon.horizon_s),
+            AnticipatingRobot::DoubleIntegrator { max_speed_mps, .. } => {
+                all.list_double_integrator(max_speed_mps, horizon.horizon_s);
+            }
+        }
+        all
+    }
+
+    fn list_unicycle(&mut self, control: &InputBox<2>, horizon_s: f64) {
+        for first in grid(control, UNICYCLE_FIRST) {
+            for share in SWITCHES {
+                for second in grid(control, UNICYCLE_SECOND) {
+                    let manoeuvre = Manoeuvre { first, switch_s: share * horizon_s, second };
+                    let index = self.manoeuvres.len();
+                    let (mut xs, mut ys) = (vec![0.0; self.moments], vec![0.0; self.moments]);
+                    self.follow(&manoeuvre, 0.0, &[0.0; 4], &mut xs, &mut ys);
+                    self.xs.append(&mut xs);
+                    self.ys.append(&mut ys);
+                    self.manoeuvres.push(manoeuvre);
+                    self.profiles.push([index; 2]);
+                }
+            }
+        }
+    }
+
+    /// Profiles along an axis are numbered by switch, first and second aim.
+    fn list_double_integrator(&mut self, max_speed_mps: f64, horizon_s: f64) {
+        let speeds = InputBox { min: [-max_speed_mps; 2], max: [max_speed_mps; 2] };
+        for (switch, share) in SWITCHES.into_iter().enumerate() {
+            for (first_cell, first) in grid(&speeds, [AXIS_FIRST; 2]).enumerate() {
+                for (second_cell, second) in grid(&speeds, [AXIS_SECOND; 2]).enumerate() {
+                    let profile =
+                        |first: usize, second: usize| (switch * AXIS_FIRST + first) * AXIS_SECOND + second;
+                    self.manoeuvres.push(Manoeuvre { first, switch_s: share * horizon_s, second });
+                    self.profiles.push([
+                        profile(first_cell / AXIS_FIRST, second_cell / AXIS_SECOND),
+                        profile(first_cell % AXIS_FIRST, second_cell % AXIS_SECOND),
+                    ]);
+                }
+            }
+        }
+        let table = SWITCHES.len() * AXIS_FIRST * AXIS_SECOND * self.moments;
+        self.xs = vec![0.0; table];
+        self.ys = vec![0.0; table];
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.manoeuvres.len()
+    }
+
+    pub(super) fn manoeuvre(&self, index: usize) -> Manoeuvre {
+        self.manoeuvres[index]
+    }
+
+    /// The fastest that any manoeuvre gets, m/s.
+    pub(super) fn top_speed_mps(&self) -> f64 {
+        match self.robot {
+            AnticipatingRobot::Unicycle { control } => control.max[0].max(-control.min[0]),
+            AnticipatingRobot::DoubleIntegrator { max_speed_mps, .. } => {
+                std::f64::consts::SQRT_2 * max_speed_mps
+            }
+        }
+    }
+
+    /// The axes of paths that begin at `x`.
+    pub(super) fn frame(&self, x: &[f64; 4]) -> Frame {
+        let cos_sin = match self.robot {
+            AnticipatingRobot::Unicycle { .. } => [x[2].cos(), x[2].sin()],
+            AnticipatingRobot::DoubleIntegrator { .. } => [1.0, 0.0],
+        };
+        Frame { origin_m: [x[0], x[1]], cos_sin }
+    }
+
+    /// Computes the paths that begin at `x`.
+    pub(super) fn begin(&mut self, x: &[f64; 4]) {
+        let AnticipatingRobot::DoubleIntegrator { control, max_speed_mps } = self.robot else {
+            return;
+        };
+        for (axis, table) in [&mut self.xs, &mut self.ys].into_iter().enumerate() {
+            for (profile, ways) in table.chunks_exact_mut(self.moments).enumerate() {
+                let (switch, first) =
+                    (profile / (AXIS_FIRST * AXIS_SECOND), profile / AXIS_SECOND % AXIS_FIRST);
+                let speed =
+                    |level: usize, levels: usize| between(-max_speed_mps, max_speed_mps, level, levels);
+                let aims = [speed(first, AXIS_FIRST), speed(profile % AXIS_SECOND, AXIS_SECOND)];
+                let switch_s = SWITCHES[switch] * self.step_s * self.moments as f64;
+                let limits = [control.min[axis], control.max[axis]];
+                accelerate(aims, switch_s, x[axis + 2], limits, self.step_s, ways);
+            }
+        }
+    }
+
+    /// The path of a manoeuvre, m.
+    pub(super) fn path(&self, index: usize) -> (&[f32], &[f32]) {
+        let [x, y] = self.profiles[index].map(|profile| profile * self.moments..(profile + 1) * self.moments);
+        (&self.xs[x], &self.ys[y])
+    }
+
+    /// The path of what is left of `manoeuvre` after `begun_s`, m.
+    pub(super) fn follow(
+        &self,
+        manoeuvre: &Manoeuvre,
+        begun_s: f64,
+        x: &[f64; 4],
+        xs: &mut [f32],
+        ys: &mut [f32],
+    ) {
+        match self.robot {
+            AnticipatingRobot::Unicycle { .. } => {
+                let mut drive = Drive::default();
+                for (moment, (at_x, at_y)) in xs.iter_mut().zip(ys).enumerate() {
+                    drive.go(manoeuvre.aim(begun_s + moment as f64 * self.step_s), self.step_s);
+                    (*at_x, *at_y) = (drive.x_m as f32, drive.y_m as f32);
+                }
+            }
+            AnticipatingRobot::DoubleIntegrator { control, .. } => {
+                let switch_s = manoeuvre.switch_s - begun_s;
+                for (axis, ways) in [xs, ys].into_iter().enumerate() {
+                    let aims = [manoeuvre.first[axis], manoeuvre.second[axis]];
+                    let limits = [control.min[axis], control.max[axis]];
+                    accelerate(aims, switch_s, x[axis + 2], limits, self.step_s, ways);
+                }
+            }
+        }
+    }
+
+    /// The path of a robot that makes for `goal` (in the frame of `x`, m) at cruising speed, as its nominal controller does.
+    pub(super) fn toward(&self, x: &[f64; 4], goal: [f64; 2], xs: &mut [f32], ys: &mut [f32]) {
+        let step_s = self.step_s;
+        match self.robot {
+            AnticipatingRobot::Unicycle { control } => {
+                let mut drive = Drive::default();
+                for (at_x, at_y) in xs.iter_mut().zip(ys) {
+                    let [dx, dy] = [goal[0] - drive.x_m, goal[1] - drive.y_m];
+                    let off = dynamics::wrap_angle(libm::atan2(dy, dx) - drive.heading_rad);
+                    let speed_mps = self.cruise_speed_mps.min((dx * dx + dy * dy).sqrt() / step_s);
+                    let yaw_rate = (TURNING_GAIN_PER_S * off).clamp(control.min[1], control.max[1]);
+                    drive.go([speed_mps, yaw_rate], step_s);
+                    (*at_x, *at_y) = (drive.x_m as f32, drive.y_m as f32);
+                }
+            }
+            AnticipatingRobot::DoubleIntegrator { control, .. } => {
+                let (mut at, mut speed) = ([0.0; 2], [x[2], x[3]]);
+                for (at_x, at_y) in xs.iter_mut().zip(ys) {
+                    let left = [goal[0] - at[0], goal[1] - at[1]];
+                    let left_m = (left[0] * left[0] + left[1] * left[1]).sqrt().max(f64::MIN_POSITIVE);
+                    let wanted_mps = self.cruise_speed_mps.min(left_m);
+                    for axis in 0..2 {
+                        let aim = wanted_mps * left[axis] / left_m;
+                        let u = (VELOCITY_GAIN_PER_S * (aim - speed[axis]))
+                            .clamp(control.min[axis], control.max[axis]);
+                        at[axis] += speed[axis] * step_s + 0.5 * u * step_s * step_s;
+                        speed[axis] += u * step_s;
+                    }
+                    (*at_x, *at_y) = (at[0] as f32, at[1] as f32);
+                }
+            }
+        }
+    }
+
+    /// When a path is at `goal` (m, same axes), the rest of the way at cruising speed, s.
+    pub(super) fn time_to_goal_s(&self, xs: &[f32], ys: &[f32], goal: [f64; 2]) -> f32 {
+        let [goal_x, goal_y] = goal.map(|coordinate| coordinate as f32);
+        let left_m = |moment: usize| {
+            let (dx, dy) = (goal_x - xs[moment], goal_y - ys[moment]);
+            (dx * dx + dy * dy).sqrt()
+        };
+        let cost_s = |moment: usize, left_m: f32| {
+            (moment + 1) as f32 * self.step_s as f32 + left_m / self.cruise_speed_mps as f32
+        };
+        let last = self.moments - 1;
+        let least_s = cost_s(last, left_m(last));
+        let horizon_m = self.top_speed_mps() * self.step_s * self.moments as f64 + REACHED_M;
+        if goal[0] * goal[0] + goal[1] * goal[1] > horizon_m * horizon_m {
+            return least_s;
+        }
+        (REACHED_EVERY - 1..last)
+            .step_by(REACHED_EVERY)
+            .map(|moment| (moment, left_m(moment)))
+            .filter(|&(_, left_m)| left_m < REACHED_M as f32)
+            .map(|(moment, left_m)| cost_s(moment, left_m))
+            .fold(least_s, f32::min)
+    }
+
+    /// The control of `manoeuvre` after `begun_s`, at `x`.
+    pub(super) fn control(&self, manoeuvre: &Manoeuvre, begun_s: f64, x: &[f64; 4]) -> [f64; 2] {
+        let aim = manoeuvre.aim(begun_s);
+        match self.robot {
+            AnticipatingRobot::Unicycle { .. } => aim,
+            AnticipatingRobot::DoubleIntegrator { control, .. } => [0, 1].map(|axis| {
+                ((aim[axis] - x[axis + 2]) / self.step_s).clamp(control.min[axis], control.max[axis])
+            }),
+        }
+    }
+}
+
+/// A unicycle that starts at the origin along the x axis.
+#[derive(Debug, Default)]
+struct Drive {
+    x_m: f64,
+    y_m: f64,
+    heading_rad: f64,
+}
+
+impl Drive {
+    /// Goes on at `[speed, yaw rate]` for `step_s`, by the midpoint rule.
+    fn go(&mut self, [speed_mps, yaw_rate_radps]: [f64; 2], step_s: f64) {
+        let middle_rad = self.heading_rad + 0.5 * yaw_rate_radps * step_s;
+        self.x_m += speed_mps * step_s * middle_rad.cos();
+        self.y_m += speed_mps * step_s * middle_rad.sin();
+        self.heading_rad += yaw_rate_radps * step_s;
+    }
+}
+
+/// The way along an axis from the speed `v`: to the first aim until `switch_s`, then to the second, within `limits`.
+fn accelerate(aims: [f64; 2], switch_s: f64, v: f64, limits: [f64; 2], step_s: f64, ways: &mut [f32]) {
+    let (mut way_m, mut speed_mps) = (0.0, v);
+    for (moment, slot) in ways.iter_mut().enumerate() {
+        let aim = if (moment as f64) * step_s < switch_s { aims[0] } else { aims[1] };
+        let a = ((aim - speed_mps) / step_s).clamp(limits[0], limits[1]);
+        way_m += speed_mps * step_s + 0.5 * a * step_s * step_s;
+        speed_mps += a * step_s;
+        *slot = way_m as f32;
+    }
+}
+
+/// All cells of a grid of `levels` over `bounds`, the second component fastest.
+fn grid(bounds: &InputBox<2>, levels: [usize; 2]) -> impl Iterator<Item = [f64; 2]> + use<> {
+    let bounds = *bounds;
+    (0..levels[0] * levels[1]).map(move |cell| {
+        [
+            between(bounds.min[0], bounds.max[0], cell / levels[1], levels[0]),
+            between(bounds.min[1], bounds.max[1], cell % levels[1], levels[1]),
+        ]
+    })
+}
+
+fn between(least: f64, most: f64, level: usize, levels: usize) -> f64 {
+    least + (most - least) * level as f64 / (levels - 1) as f64
+}
