@@ -6,8 +6,8 @@ use barrier::{
 };
 use dynamics::{DoubleIntegratorPair, UnicyclePair};
 use messages::{
-    ControlKind, Goal, Ledger, MAX_OBSTACLES, NominalCommand, Obstacles, Reason, RobotState, SafeCommand,
-    SafetyStatus,
+    ControlKind, Controller, Goal, Ledger, MAX_OBSTACLES, NominalCommand, Obstacles, Reason, RobotState,
+    SafeCommand, SafetyStatus,
 };
 use node_runtime::Tick;
 use settings::{KernelChoice, Settings};
@@ -197,7 +197,9 @@ impl SafetyFilter {
             Pair::Unicycle(_) => [pose[0], pose[1], pose[2], 0.0],
             Pair::DoubleIntegrator(_) => double_integrator(&pose, velocity_mps),
         };
-        let ahead = self.anticipation.as_mut();
+        // A planner upstream follows a goal of its own, which nobody told the stack.
+        let own = trusted.nominal.controller != Controller::Upstream.code();
+        let ahead = self.anticipation.as_mut().filter(|_| own);
         let anticipated =
             ahead.and_then(|ahead| ahead.wish(&x, goal, &self.obstacles, &self.track_ids, now_ns));
         let wish = anticipated.unwrap_or(trusted.nominal.control);

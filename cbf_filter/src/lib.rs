@@ -4,8 +4,8 @@
 //! [`messages::SafeCommand`]: corrected by the CBF-QP where its inputs can be trusted, a brake where they cannot. It is
 //! pure: no clock, no port, no allocation. [`shell::run`] gives it time and ports, 250 times a second.
 //!
-//! What is deliberately absent: planning (the nominal controller's business), estimation (the estimator's), and any
-//! way to switch the filter off.
+//! What is deliberately absent: where to go (the nominal controller's business; `[filter.anticipation]` only looks for a way
+//! past people to the goal it is told), estimation (the estimator's), and any way to switch the filter off.
 
 mod anticipation;
 mod appearance;

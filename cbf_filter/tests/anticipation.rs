@@ -113,6 +113,17 @@ fn where_no_control_meets_the_condition_the_way_ahead_is_taken_and_says_what_tha
 }
 
 #[test]
+fn a_planner_upstream_has_a_goal_of_its_own_and_is_taken_at_its_word() {
+    let goal = goal([12.0, 0.0]);
+    for mut scene in [far_ahead(), boxed_in()] {
+        scene.nominal.as_mut().expect("fresh").controller = messages::Controller::Upstream.code();
+        let without = step(&mut plain(), &scene, Some(&goal), START_NS);
+        let with = step(&mut filter(), &scene, Some(&goal), START_NS);
+        assert_eq!(bytemuck::bytes_of(&with), bytemuck::bytes_of(&without));
+    }
+}
+
+#[test]
 fn a_wish_to_stop_is_never_overruled() {
     let mut scene = far_ahead();
     let nominal = scene.nominal.as_mut().expect("fresh");
