@@ -46,6 +46,15 @@ struct Block {
     share: f32,
 }
 
+/// What a path is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Risk {
+    /// `k Σᵢ ∫ e^(−t/τ) [ρ(cᵢ) + q/M ρ(c̃ᵢ)] dt`, s; anything above the limit where it exceeds that.
+    pub(super) risk_s: f32,
+    /// How many pieces of eight moments were looked at.
+    pub(super) pieces: usize,
+}
+
 /// Predicted people, and how much they count when.
 #[derive(Debug)]
 pub(super) struct People {
@@ -132,9 +141,9 @@ impl People {
         }
     }
 
-    /// `k Σᵢ ∫ e^(−t/τ) max(0, 1 − cᵢ/ℓ)⁴ dt` of a path, s; anything above `limit_s` where it exceeds that.
-    pub(super) fn risk_s(&self, xs: &[f32], ys: &[f32], limit_s: f32) -> f32 {
-        let mut total_s = 0.0;
+    /// The risk of a path. The search stops where it exceeds `limit_s`.
+    pub(super) fn risk(&self, xs: &[f32], ys: &[f32], limit_s: f32) -> Risk {
+        let (mut risk_s, mut pieces) = (0.0, 0);
         for block in &self.blocks {
             let moments = block.first_moment..block.first_moment + LANES;
             let (xs, ys) = (&xs[moments.clone()], &ys[moments.clone()]);
@@ -148,12 +157,13 @@ impl People {
                 let squared = lack * lack;
                 parts_s[lane] = weight_s[lane] * squared * squared;
             }
-            total_s += block.share * parts_s.iter().sum::<f32>();
-            if total_s > limit_s {
+            risk_s += block.share * parts_s.iter().sum::<f32>();
+            pieces += 1;
+            if risk_s > limit_s {
                 break;
             }
         }
-        total_s
+        Risk { risk_s, pieces }
     }
 }
 
