@@ -140,7 +140,7 @@ mod tests {
             obstacle_count: 1,
         };
         let mut seat = Seat::new(variant.settings(), Box::new(Fixed(output)), false, 50_000_000);
-        let inputs = cbf_filter::Inputs { robot_state: None, obstacles: None, nominal: None };
+        let inputs = cbf_filter::Inputs::default();
         let (command, heard) = seat.step(&inputs, None, 0, &mut Stopwatch::stopped());
         assert!(heard);
         command
