@@ -84,11 +84,12 @@ fn somebody_on_the_way_is_evaded_before_the_barrier_asks_and_the_nominal_command
 
 #[test]
 fn without_a_usable_goal_or_with_a_free_way_the_command_is_the_plain_filters_bit_for_bit() {
-    let free = Scene::fresh(&[person(7, [4.0, 9.0], [0.6, 0.0], START_NS)], START_NS);
+    let free = || Scene::fresh(&[person(7, [4.0, 9.0], [0.6, 0.0], START_NS)], START_NS);
     let (usable, broken) = (goal([12.0, 0.0]), goal([f64::NAN, 0.0]));
-    for (scene, goal) in
-        [(far_ahead(), None), (far_ahead(), Some(&broken)), (boxed_in(), None), (free, Some(&usable))]
-    {
+    let cases: [(fn() -> Scene, Option<&Goal>); 4] =
+        [(far_ahead, None), (far_ahead, Some(&broken)), (boxed_in, None), (free, Some(&usable))];
+    for (scene, goal) in cases {
+        let scene = scene();
         let without = step(&mut plain(), &scene, goal, START_NS);
         let with = step(&mut filter(), &scene, goal, START_NS);
         assert_eq!(bytemuck::bytes_of(&with), bytemuck::bytes_of(&without));
@@ -115,7 +116,8 @@ fn where_no_control_meets_the_condition_the_way_ahead_is_taken_and_says_what_tha
 #[test]
 fn a_planner_upstream_has_a_goal_of_its_own_and_is_taken_at_its_word() {
     let goal = goal([12.0, 0.0]);
-    for mut scene in [far_ahead(), boxed_in()] {
+    for scene in [far_ahead, boxed_in] {
+        let mut scene = scene();
         scene.nominal.as_mut().expect("fresh").controller = messages::Controller::Upstream.code();
         let without = step(&mut plain(), &scene, Some(&goal), START_NS);
         let with = step(&mut filter(), &scene, Some(&goal), START_NS);
