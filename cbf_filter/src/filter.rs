@@ -191,11 +191,13 @@ impl SafetyFilter {
         now_ns: u64,
     ) -> Result<Correction, Reason> {
         let pose = prediction::robot_pose(trusted.robot_state, now_ns);
-        let velocity_mps = trusted.robot_state.velocity_in_odom_mps();
         self.gather(trusted.obstacles, [pose[0], pose[1]], now_ns);
         let x = match &self.pair {
             Pair::Unicycle(_) => [pose[0], pose[1], pose[2], 0.0],
-            Pair::DoubleIntegrator(_) => double_integrator(&pose, velocity_mps),
+            Pair::DoubleIntegrator(_) => {
+                let [vx, vy] = trusted.robot_state.velocity_in_odom_mps();
+                [pose[0], pose[1], vx, vy]
+            }
         };
         // A planner upstream follows a goal of its own, which nobody told the stack.
         let own = trusted.nominal.controller != Controller::Upstream.code();
@@ -203,7 +205,7 @@ impl SafetyFilter {
         let anticipated =
             ahead.and_then(|ahead| ahead.wish(&x, goal, &self.obstacles, &self.track_ids, now_ns));
         let wish = anticipated.unwrap_or(trusted.nominal.control);
-        let (sample, solution) = self.solve(&wish, &pose, velocity_mps, now_ns)?;
+        let (sample, solution) = self.solve(&wish, &x, now_ns)?;
         let Some(row) = sample.row(self.alpha_per_s) else {
             return Ok(Correction { solution, escaped: false, sample });
         };
@@ -216,25 +218,23 @@ impl SafetyFilter {
         Ok(Correction { solution: overruled.unwrap_or(solution), escaped: overruled.is_some(), sample })
     }
 
-    /// The control nearest to `wish` at the robot's `pose`, and the condition it is under: the paper's, or with what
-    /// the settings have beyond it.
+    /// The control nearest to `wish` at the robot's state `x`, `[x, y, heading, _]` or `[x, y, vx, vy]`, and the condition it
+    /// is under: the paper's, or with what the settings have beyond it.
     fn solve(
         &mut self,
         wish: &[f64; 2],
-        pose: &[f64; 3],
-        velocity_mps: [f64; 2],
+        x: &[f64; 4],
         now_ns: u64,
     ) -> Result<(CompositeSample, QpSolution<2>), Reason> {
-        let qp = self.qp_at(velocity_mps);
+        let qp = self.qp_at([x[2], x[3]]);
         let Some(options) = &mut self.options else {
-            return self.solve_published(&qp, wish, pose, velocity_mps);
+            return self.solve_published(&qp, wish, x);
         };
         match &self.pair {
-            Pair::Unicycle(pair) => options.look(&mut self.barrier, pair, pose, &self.obstacles),
-            Pair::DoubleIntegrator(pair) => {
-                let x = double_integrator(pose, velocity_mps);
-                options.look(&mut self.barrier, pair, &x, &self.obstacles)
+            Pair::Unicycle(pair) => {
+                options.look(&mut self.barrier, pair, &[x[0], x[1], x[2]], &self.obstacles)
             }
+            Pair::DoubleIntegrator(pair) => options.look(&mut self.barrier, pair, x, &self.obstacles),
         }?;
         options.decide(&mut self.barrier, &qp, wish, &self.track_ids, now_ns)
     }
@@ -244,21 +244,18 @@ impl SafetyFilter {
         &mut self,
         qp: &CbfQp<2>,
         wish: &[f64; 2],
-        pose: &[f64; 3],
-        velocity_mps: [f64; 2],
+        x: &[f64; 4],
     ) -> Result<(CompositeSample, QpSolution<2>), Reason> {
         let sample = match &self.pair {
-            Pair::Unicycle(pair) => self.barrier.evaluate(pair, pose, &self.obstacles),
-            Pair::DoubleIntegrator(pair) => {
-                self.barrier.evaluate(pair, &double_integrator(pose, velocity_mps), &self.obstacles)
-            }
+            Pair::Unicycle(pair) => self.barrier.evaluate(pair, &[x[0], x[1], x[2]], &self.obstacles),
+            Pair::DoubleIntegrator(pair) => self.barrier.evaluate(pair, x, &self.obstacles),
         }
         .map_err(|_| Reason::NonFiniteBarrier)?;
         let solution = qp.solve(wish, sample.row(self.alpha_per_s).as_ref());
         Ok((sample, solution.map_err(|_| Reason::NonFiniteBarrier)?))
     }
 
-    /// The program over the controls that keep the robot's own speed limit, if the settings name one.
+    /// The program over the controls that keep the double integrator's own speed limit, if the settings name one.
     fn qp_at(&self, velocity_mps: [f64; 2]) -> CbfQp<2> {
         match self.max_speed_mps {
             Some(limit_mps) => {
@@ -368,11 +365,6 @@ impl SafetyFilter {
             ledger: ledger(inputs, tick),
         }
     }
-}
-
-/// State `[x, y, vx, vy]` of the double integrator in `odom`, m and m/s.
-fn double_integrator(pose: &[f64; 3], [vx, vy]: [f64; 2]) -> [f64; 4] {
-    [pose[0], pose[1], vx, vy]
 }
 
 fn ledger(inputs: &Inputs<'_>, tick: Tick) -> Ledger {
