@@ -36,6 +36,7 @@ fn random_bytes_as_messages_never_reach_the_motors() {
             robot_state: rng.random_bool(0.9).then(|| random_bytes::<RobotState>(&mut rng)),
             obstacles: rng.random_bool(0.9).then(|| random_bytes::<Obstacles>(&mut rng)),
             nominal: rng.random_bool(0.9).then(|| random_bytes::<NominalCommand>(&mut rng)),
+            goal: None,
         };
         let command = scene.step(&mut filter, now_ns);
         assert!(command.control.iter().all(|value| value.is_finite()), "{command:?}");

@@ -3,14 +3,13 @@
 mod scene;
 
 use allocation_counter::measure;
-use cbf_filter::{SafetyFilter, load_model};
-use messages::{Reason, SafeCommand, SafetyStatus};
-use scene::{MS, START_NS, Scene, person, settings};
+use cbf_filter::SafetyFilter;
+use messages::{Reason, SafetyStatus};
+use scene::{MS, START_NS, Scene, boxed_in, filter_with, person, settings, verdict};
 use settings::{JointSettings, JointUse};
 
 fn filter(when: JointUse) -> SafetyFilter {
-    let mut settings = settings();
-    settings.filter.joint = Some(JointSettings {
+    let joint = JointSettings {
         when,
         horizon_s: 2.0,
         moments: 16,
@@ -19,23 +18,8 @@ fn filter(when: JointUse) -> SafetyFilter {
         margin_m: 0.0,
         switch_s: 0.5,
         robot_max_speed_mps: None,
-    });
-    let model = load_model(&settings.filter.model).expect("shipped model");
-    SafetyFilter::new(&settings, &model).expect("shipped model fits shipped settings")
-}
-
-fn boxed_in() -> Scene {
-    let people = [
-        person(1, [0.75, 0.0], [-1.2, 0.0], START_NS),
-        person(2, [0.4, 0.8], [-0.3, -1.2], START_NS),
-        person(3, [0.4, -0.8], [-0.3, 1.2], START_NS),
-    ];
-    Scene::fresh(&people, START_NS)
-}
-
-fn verdict(command: &SafeCommand) -> (SafetyStatus, Reason) {
-    let status = SafetyStatus::try_from(command.status).expect("a known status");
-    (status, Reason::try_from(command.reason).expect("a known reason"))
+    };
+    filter_with(|filter| filter.joint = Some(joint.clone()))
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn status(command: &SafeCommand) -> (SafetyStatus, Reason) {
 
 #[test]
 fn nothing_received_means_standing_still() {
-    let scene = Scene { robot_state: None, obstacles: None, nominal: None };
+    let scene = Scene { robot_state: None, obstacles: None, nominal: None, goal: None };
     let command = scene.step(&mut filter(), START_NS);
     assert_eq!(status(&command), (SafetyStatus::Stopped, Reason::NoRobotState));
     assert_eq!(command.control, [0.0; 2]);

@@ -6,15 +6,8 @@ mod scene;
 use allocation_counter::measure;
 use cbf_filter::{SafetyFilter, load_model};
 use messages::{ControlKind, Obstacle, Reason, RobotState, SafeCommand, SafetyStatus};
-use scene::{MS, START_NS, Scene, person, robot_state, settings};
-use settings::{Composition, FilterSettings, ObstacleInput, Settings, SoftminOffset};
-
-fn filter_with(change: impl Fn(&mut FilterSettings)) -> SafetyFilter {
-    let mut settings = settings();
-    change(&mut settings.filter);
-    let model = load_model(&settings.filter.model).expect("shipped model");
-    SafetyFilter::new(&settings, &model).expect("shipped model fits shipped settings")
-}
+use scene::{MS, START_NS, Scene, boxed_in, filter_with, person, robot_state, settings};
+use settings::{Composition, ObstacleInput, Settings, SoftminOffset};
 
 fn people() -> [Obstacle; 3] {
     [
@@ -213,15 +206,6 @@ fn what_is_not_finite_brakes_with_options_too() {
         assert_eq!(Reason::try_from(command.reason), Ok(Reason::NonFiniteBarrier), "{command:?}");
         assert!(command.control.iter().all(|value| value.is_finite()));
     }
-}
-
-fn boxed_in() -> Scene {
-    let people = [
-        person(1, [0.75, 0.0], [-1.2, 0.0], START_NS),
-        person(2, [0.4, 0.8], [-0.3, -1.2], START_NS),
-        person(3, [0.4, -0.8], [-0.3, 1.2], START_NS),
-    ];
-    Scene::fresh(&people, START_NS)
 }
 
 #[test]

@@ -6,10 +6,11 @@ use barrier::{Bounds, DynamicsKind, InputEncoding, Model, NetworkWeights};
 use bytemuck::Zeroable;
 use cbf_filter::{Inputs, SafetyFilter, load_model};
 use messages::{
-    ControlKind, Intent, NominalCommand, Obstacle, ObstacleQuality, Obstacles, RobotState, SafeCommand, Stamp,
+    ControlKind, Goal, Intent, NominalCommand, Obstacle, ObstacleQuality, Obstacles, Reason, RobotState,
+    SafeCommand, SafetyStatus, Stamp,
 };
 use node_runtime::Tick;
-use settings::Settings;
+use settings::{FilterSettings, Settings};
 
 pub const MS: u64 = 1_000_000;
 pub const START_NS: u64 = 1_000 * MS;
@@ -24,11 +25,32 @@ pub fn settings() -> Settings {
 }
 
 pub fn filter() -> SafetyFilter {
-    let settings = settings();
+    filter_with(|_| {})
+}
+
+/// The same with changed settings.
+pub fn filter_with(change: impl Fn(&mut FilterSettings)) -> SafetyFilter {
+    let mut settings = settings();
+    change(&mut settings.filter);
     let model = load_model(&settings.filter.model).expect("shipped model");
     SafetyFilter::new(&settings, &model).expect("shipped model fits shipped settings")
 }
 
+/// People so near and from so many sides that no control meets the composite's condition.
+pub fn boxed_in() -> Scene {
+    let people = [
+        person(1, [0.75, 0.0], [-1.2, 0.0], START_NS),
+        person(2, [0.4, 0.8], [-0.3, -1.2], START_NS),
+        person(3, [0.4, -0.8], [-0.3, 1.2], START_NS),
+    ];
+    Scene::fresh(&people, START_NS)
+}
+
+/// What a command says of itself.
+pub fn verdict(command: &SafeCommand) -> (SafetyStatus, Reason) {
+    let status = SafetyStatus::try_from(command.status).expect("a known status");
+    (status, Reason::try_from(command.reason).expect("a known reason"))
+}
 /// A model of static obstacles: the shipped weights, as far as they look at the position.
 pub fn static_model() -> Model {
     let shipped = load_model(&settings().filter.model).expect("shipped model");
@@ -97,6 +119,7 @@ pub struct Scene {
     pub robot_state: Option<RobotState>,
     pub obstacles: Option<Obstacles>,
     pub nominal: Option<NominalCommand>,
+    pub goal: Option<Goal>,
 }
 
 impl Scene {
@@ -106,6 +129,7 @@ impl Scene {
             robot_state: Some(robot_state(now_ns)),
             obstacles: Some(obstacles(people, now_ns)),
             nominal: Some(nominal(now_ns)),
+            goal: None,
         }
     }
 
@@ -114,7 +138,7 @@ impl Scene {
             robot_state: self.robot_state.as_ref(),
             obstacles: self.obstacles.as_ref(),
             nominal: self.nominal.as_ref(),
-            goal: None,
+            goal: self.goal.as_ref(),
         };
         filter.step(&inputs, Tick::timer(now_ns, now_ns))
     }
