@@ -75,6 +75,13 @@ pub(crate) trait Lanes: Copy {
     fn power_of_two(self) -> Self;
 }
 
+/// What the risk of a path among people takes beside the arithmetic (`anticipation::risk`).
+pub(crate) trait RiskLanes: Lanes {
+    fn sqrt(self) -> Self;
+    /// Returns the sum of all lanes, halves onto each other: the same bits on any form.
+    fn sum(self) -> f32;
+}
+
 /// Plain Rust; the compiler vectorises it for whatever the target offers.
 #[derive(Clone, Copy)]
 pub(crate) struct PortableLanes([f32; 8]);
@@ -163,5 +170,19 @@ impl Lanes for PortableLanes {
     #[inline(always)]
     fn power_of_two(self) -> Self {
         self.zip(self, |a, _| f32::from_bits((a.to_bits() << 23).wrapping_add(1.0_f32.to_bits())))
+    }
+}
+
+impl RiskLanes for PortableLanes {
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.zip(self, |a, _| a.sqrt())
+    }
+
+    #[inline(always)]
+    fn sum(self) -> f32 {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        let four = [a + e, b + f, c + g, d + h];
+        (four[0] + four[2]) + (four[1] + four[3])
     }
 }

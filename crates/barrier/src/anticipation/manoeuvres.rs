@@ -40,6 +40,13 @@ impl Manoeuvre {
     }
 }
 
+/// A manoeuvre along one axis: to the first speed until `switch_s`, then to the second.
+#[derive(Debug, Clone, Copy)]
+struct Profile {
+    aims_mps: [f64; 2],
+    switch_s: f64,
+}
+
 /// All manoeuvres of a robot, and their paths.
 #[derive(Debug)]
 pub(super) struct Manoeuvres {
@@ -48,9 +55,11 @@ pub(super) struct Manoeuvres {
     step_s: f64,
     cruise_speed_mps: f64,
     manoeuvres: Vec<Manoeuvre>,
-    /// Which profile of `xs` and of `ys` a manoeuvre takes.
-    profiles: Vec<[usize; 2]>,
-    /// Coordinates at each moment, profile after profile, m.
+    /// Which row of `xs` and of `ys` a manoeuvre takes.
+    rows: Vec<[usize; 2]>,
+    /// What a double integrator does along an axis, a row each; two of them make a manoeuvre.
+    profiles: Vec<Profile>,
+    /// Coordinates at each moment, row after row, m.
     xs: Vec<f32>,
     ys: Vec<f32>,
 }
@@ -63,6 +72,7 @@ impl Manoeuvres {
             step_s: horizon.horizon_s / horizon.moments as f64,
             cruise_speed_mps: horizon.cruise_speed_mps,
             manoeuvres: Vec::new(),
+            rows: Vec::new(),
             profiles: Vec::new(),
             xs: Vec::new(),
             ys: Vec::new(),
@@ -87,29 +97,31 @@ impl Manoeuvres {
                     self.xs.append(&mut xs);
                     self.ys.append(&mut ys);
                     self.manoeuvres.push(manoeuvre);
-                    self.profiles.push([index; 2]);
+                    self.rows.push([index; 2]);
                 }
             }
         }
     }
 
-    /// Profiles along an axis are numbered by switch, first and second aim.
+    /// Both axes switch from the first aim to the second at once.
     fn list_double_integrator(&mut self, max_speed_mps: f64, horizon_s: f64) {
-        let speeds = InputBox { min: [-max_speed_mps; 2], max: [max_speed_mps; 2] };
-        for (switch, share) in SWITCHES.into_iter().enumerate() {
-            for (first_cell, first) in grid(&speeds, [AXIS_FIRST; 2]).enumerate() {
-                for (second_cell, second) in grid(&speeds, [AXIS_SECOND; 2]).enumerate() {
-                    let profile =
-                        |first: usize, second: usize| (switch * AXIS_FIRST + first) * AXIS_SECOND + second;
-                    self.manoeuvres.push(Manoeuvre { first, switch_s: share * horizon_s, second });
-                    self.profiles.push([
-                        profile(first_cell / AXIS_FIRST, second_cell / AXIS_SECOND),
-                        profile(first_cell % AXIS_FIRST, second_cell % AXIS_SECOND),
-                    ]);
+        let aims = InputBox { min: [-max_speed_mps; 2], max: [max_speed_mps; 2] };
+        for share in SWITCHES {
+            let (begin, switch_s) = (self.profiles.len(), share * horizon_s);
+            self.profiles.extend(
+                grid(&aims, [AXIS_FIRST, AXIS_SECOND]).map(|aims_mps| Profile { aims_mps, switch_s }),
+            );
+            let end = self.profiles.len();
+            for x in begin..end {
+                for y in begin..end {
+                    let [first, second] =
+                        [0, 1].map(|part| [x, y].map(|row| self.profiles[row].aims_mps[part]));
+                    self.manoeuvres.push(Manoeuvre { first, switch_s, second });
+                    self.rows.push([x, y]);
                 }
             }
         }
-        let table = SWITCHES.len() * AXIS_FIRST * AXIS_SECOND * self.moments;
+        let table = self.profiles.len() * self.moments;
         self.xs = vec![0.0; table];
         self.ys = vec![0.0; table];
     }
@@ -143,26 +155,20 @@ impl Manoeuvres {
 
     /// Computes the paths that begin at `x`.
     pub(super) fn begin(&mut self, x: &[f64; 4]) {
-        let AnticipatingRobot::DoubleIntegrator { control, max_speed_mps } = self.robot else {
+        let AnticipatingRobot::DoubleIntegrator { control, .. } = self.robot else {
             return;
         };
         for (axis, table) in [&mut self.xs, &mut self.ys].into_iter().enumerate() {
-            for (profile, ways) in table.chunks_exact_mut(self.moments).enumerate() {
-                let (switch, first) =
-                    (profile / (AXIS_FIRST * AXIS_SECOND), profile / AXIS_SECOND % AXIS_FIRST);
-                let speed =
-                    |level: usize, levels: usize| between(-max_speed_mps, max_speed_mps, level, levels);
-                let aims = [speed(first, AXIS_FIRST), speed(profile % AXIS_SECOND, AXIS_SECOND)];
-                let switch_s = SWITCHES[switch] * self.step_s * self.moments as f64;
-                let limits = [control.min[axis], control.max[axis]];
-                accelerate(aims, switch_s, x[axis + 2], limits, self.step_s, ways);
+            let limits = [control.min[axis], control.max[axis]];
+            for (profile, ways) in self.profiles.iter().zip(table.chunks_exact_mut(self.moments)) {
+                accelerate(profile, x[axis + 2], limits, self.step_s, ways);
             }
         }
     }
 
     /// The path of a manoeuvre, m.
     pub(super) fn path(&self, index: usize) -> (&[f32], &[f32]) {
-        let [x, y] = self.profiles[index].map(|profile| profile * self.moments..(profile + 1) * self.moments);
+        let [x, y] = self.rows[index].map(|row| row * self.moments..(row + 1) * self.moments);
         (&self.xs[x], &self.ys[y])
     }
 
@@ -184,11 +190,10 @@ impl Manoeuvres {
                 }
             }
             AnticipatingRobot::DoubleIntegrator { control, .. } => {
-                let switch_s = manoeuvre.switch_s - begun_s;
                 for (axis, ways) in [xs, ys].into_iter().enumerate() {
-                    let aims = [manoeuvre.first[axis], manoeuvre.second[axis]];
-                    let limits = [control.min[axis], control.max[axis]];
-                    accelerate(aims, switch_s, x[axis + 2], limits, self.step_s, ways);
+                    let aims_mps = [manoeuvre.first[axis], manoeuvre.second[axis]];
+                    let left = Profile { aims_mps, switch_s: manoeuvre.switch_s - begun_s };
+                    accelerate(&left, x[axis + 2], [control.min[axis], control.max[axis]], self.step_s, ways);
                 }
             }
         }
@@ -282,11 +287,11 @@ impl Drive {
     }
 }
 
-/// The way along an axis from the speed `v`: to the first aim until `switch_s`, then to the second, within `limits`.
-fn accelerate(aims: [f64; 2], switch_s: f64, v: f64, limits: [f64; 2], step_s: f64, ways: &mut [f32]) {
+/// The way along an axis from the speed `v` within `limits` of the acceleration.
+fn accelerate(profile: &Profile, v: f64, limits: [f64; 2], step_s: f64, ways: &mut [f32]) {
     let (mut way_m, mut speed_mps) = (0.0, v);
     for (moment, slot) in ways.iter_mut().enumerate() {
-        let aim = if (moment as f64) * step_s < switch_s { aims[0] } else { aims[1] };
+        let aim = profile.aims_mps[usize::from(moment as f64 * step_s >= profile.switch_s)];
         let a = ((aim - speed_mps) / step_s).clamp(limits[0], limits[1]);
         way_m += speed_mps * step_s + 0.5 * a * step_s * step_s;
         speed_mps += a * step_s;

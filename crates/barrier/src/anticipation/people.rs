@@ -1,4 +1,4 @@
-//! Where people will be if they go on as they go, and what a path among them is worth.
+//! Where people will be if they go on as they go.
 //!
 //! "As they go" is in their present direction, at the pace they are known to walk at: somebody who just turned is slow for a
 //! moment only, and to believe that moment is to be run into. A person comes up to its pace `p` from its speed `v` by
@@ -7,8 +7,10 @@
 //! Beside that, and with a small share of the weight, everybody may turn round at any moment: the second prediction of a person
 //! stops now and comes straight to where the robot is, `p (t − τₚ (1 − e^(−t/τₚ)))` far.
 
-use super::{AnticipationHorizon, LANES};
-use crate::{BarrierObstacle, MAX_OBSTACLES};
+use super::AnticipationHorizon;
+use super::risk::{LANES, Piece, Pieces, Risk, Stretch};
+use crate::lanes::{Group, Group8};
+use crate::{BarrierObstacle, Kernel, MAX_OBSTACLES};
 
 /// The axes in which paths are given: the robot's place, turned by the angle of `[cos, sin]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,41 +37,20 @@ const STANDING_MPS: f64 = 0.05;
 /// `τₚ`, s: walkers reach their pace in about a step.
 const PACE_TIME_S: f64 = 0.3;
 
-/// One person over eight moments, m.
-#[derive(Debug, Clone, Copy)]
-struct Block {
-    first_moment: usize,
-    x: [f32; LANES],
-    y: [f32; LANES],
-    radius_m: f32,
-    /// Weight of this prediction, 1 for going on.
-    share: f32,
-}
-
-/// What a path is worth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Risk {
-    /// `k Σᵢ ∫ e^(−t/τ) [ρ(cᵢ) + q/M ρ(c̃ᵢ)] dt`, s; anything above the limit where it exceeds that.
-    pub(super) risk_s: f32,
-    /// How many pieces of eight moments were looked at.
-    pub(super) pieces: usize,
-}
-
 /// Predicted people, and how much they count when.
-#[derive(Debug)]
 pub(super) struct People {
     step_s: f64,
     top_speed_mps: f64,
-    /// `ℓ(t)` and 1/ℓ(t), m and 1/m.
+    /// `ℓ(t)`, m.
     clearance_m: Vec<f64>,
-    per_clearance: Vec<f32>,
     /// `τₚ (1 − e^(−t/τₚ))`, s.
     catching_up_s: Vec<f64>,
-    /// `k e^(−t/τ) dt`, s.
-    weight_s: Vec<f32>,
     /// Weight that all who may turn have together.
     turn_share: f64,
-    blocks: Vec<Block>,
+    stretches: Vec<Stretch>,
+    pieces: Vec<Piece>,
+    /// What computes the risk; the bits are the same on all.
+    kernel: Kernel,
 }
 
 impl People {
@@ -78,29 +59,29 @@ impl People {
         let times_s = (1..=horizon.moments).map(|moment| step_s * moment as f64);
         let clearance_m: Vec<f64> =
             times_s.clone().map(|t_s| horizon.clearance_m + horizon.clearance_growth_mps * t_s).collect();
+        let weight_s = |t_s: f64| (horizon.risk_weight * step_s * libm::exp(-t_s / horizon.trust_s)) as f32;
+        let stretches = (0..horizon.moments / LANES).map(|at| Stretch {
+            per_clearance: Group8(std::array::from_fn(|lane| (1.0 / clearance_m[at * LANES + lane]) as f32)),
+            weight_s: Group8(std::array::from_fn(|lane| weight_s(step_s * (at * LANES + lane + 1) as f64))),
+        });
         Self {
             step_s,
             top_speed_mps,
-            per_clearance: clearance_m.iter().map(|clearance_m| (1.0 / clearance_m) as f32).collect(),
+            stretches: stretches.collect(),
             clearance_m,
-            catching_up_s: times_s
-                .clone()
-                .map(|t_s| PACE_TIME_S * (1.0 - libm::exp(-t_s / PACE_TIME_S)))
-                .collect(),
-            weight_s: times_s
-                .map(|t_s| (horizon.risk_weight * step_s * libm::exp(-t_s / horizon.trust_s)) as f32)
-                .collect(),
+            catching_up_s: times_s.map(|t_s| PACE_TIME_S * (1.0 - libm::exp(-t_s / PACE_TIME_S))).collect(),
             turn_share: horizon.turn_share,
-            blocks: Vec::with_capacity(2 * horizon.moments / LANES * MAX_OBSTACLES),
+            pieces: Vec::with_capacity(2 * horizon.moments / LANES * MAX_OBSTACLES),
+            kernel: Kernel::detect(),
         }
     }
 
     /// Predicts `obstacles` at their `paces_mps` in `frame`, those of them whom the robot could come near, the soonest moments
     /// first.
     pub(super) fn predict(&mut self, frame: &Frame, obstacles: &[BarrierObstacle], paces_mps: &[f64]) {
-        self.blocks.clear();
+        self.pieces.clear();
         let turn_share = self.turn_share / obstacles.len().max(1) as f64;
-        for first_moment in (0..self.weight_s.len()).step_by(LANES) {
+        for stretch in 0..self.stretches.len() {
             for (obstacle, &pace_mps) in obstacles.iter().zip(paces_mps).take(MAX_OBSTACLES) {
                 let place = frame.point([obstacle.state[0], obstacle.state[1]]);
                 let velocity = frame.vector([obstacle.rate[0], obstacle.rate[1]]);
@@ -109,13 +90,13 @@ impl People {
                 // How much faster than now the person will walk, as a share of its speed now.
                 let gain = if speed_mps > STANDING_MPS { pace_mps / speed_mps - 1.0 } else { 0.0 };
                 let radius_m = obstacle.radius_m;
-                self.add(first_moment, radius_m, 1.0, |t_s, catching_up_s| {
+                self.add(stretch, radius_m, 1.0, |t_s, catching_up_s| {
                     let walked_s = t_s + gain * (t_s - catching_up_s);
                     [place[0] + velocity[0] * walked_s, place[1] + velocity[1] * walked_s]
                 });
                 if turn_share > 0.0 {
                     let approach = pace_mps / length(place).max(f64::MIN_POSITIVE);
-                    self.add(first_moment, radius_m, turn_share, |t_s, catching_up_s| {
+                    self.add(stretch, radius_m, turn_share, |t_s, catching_up_s| {
                         let left = 1.0 - approach * (t_s - catching_up_s);
                         [left * place[0], left * place[1]]
                     });
@@ -125,45 +106,26 @@ impl People {
     }
 
     /// Adds a person who will be `at(t, τₚ (1 − e^(−t/τₚ)))`, unless the robot cannot come near in these moments.
-    fn add(&mut self, first_moment: usize, radius_m: f64, share: f64, at: impl Fn(f64, f64) -> [f64; 2]) {
-        let (mut x, mut y, mut within_reach) = ([0.0; LANES], [0.0; LANES], false);
+    fn add(&mut self, stretch: usize, radius_m: f64, share: f64, at: impl Fn(f64, f64) -> [f64; 2]) {
+        let (mut x, mut y, mut within_reach) = (Group8::ZERO, Group8::ZERO, false);
         for lane in 0..LANES {
-            let moment = first_moment + lane;
+            let moment = stretch * LANES + lane;
             let t_s = self.step_s * (moment + 1) as f64;
             let [at_x, at_y] = at(t_s, self.catching_up_s[moment]);
             let reach_m = self.top_speed_mps * t_s + radius_m + self.clearance_m[moment];
             within_reach |= at_x * at_x + at_y * at_y < reach_m * reach_m;
-            (x[lane], y[lane]) = (at_x as f32, at_y as f32);
+            (x.0[lane], y.0[lane]) = (at_x as f32, at_y as f32);
         }
         if within_reach {
             let (radius_m, share) = (radius_m as f32, share as f32);
-            self.blocks.push(Block { first_moment, x, y, radius_m, share });
+            self.pieces.push(Piece { stretch, x, y, radius_m, share });
         }
     }
 
-    /// The risk of a path. The search stops where it exceeds `limit_s`.
+    /// The risk of a path, m. The search stops where it exceeds `limit_s`.
     pub(super) fn risk(&self, xs: &[f32], ys: &[f32], limit_s: f32) -> Risk {
-        let (mut risk_s, mut pieces) = (0.0, 0);
-        for block in &self.blocks {
-            let moments = block.first_moment..block.first_moment + LANES;
-            let (xs, ys) = (&xs[moments.clone()], &ys[moments.clone()]);
-            let (per_clearance, weight_s) = (&self.per_clearance[moments.clone()], &self.weight_s[moments]);
-            let mut parts_s = [0.0_f32; LANES];
-            for lane in 0..LANES {
-                let (dx, dy) = (xs[lane] - block.x[lane], ys[lane] - block.y[lane]);
-                let distance_m = (dx * dx + dy * dy).sqrt() - block.radius_m;
-                let lack = 1.0 - distance_m * per_clearance[lane];
-                let lack = if lack > 0.0 { lack } else { 0.0 };
-                let squared = lack * lack;
-                parts_s[lane] = weight_s[lane] * squared * squared;
-            }
-            risk_s += block.share * parts_s.iter().sum::<f32>();
-            pieces += 1;
-            if risk_s > limit_s {
-                break;
-            }
-        }
-        Risk { risk_s, pieces }
+        let pieces = Pieces { stretches: &self.stretches, pieces: &self.pieces };
+        pieces.risk_on(self.kernel, [xs, ys].map(|way| way.as_chunks().0), limit_s)
     }
 }
 
