@@ -147,13 +147,17 @@ pub enum VariantError {
 }
 
 impl Variant {
-    /// CN-CBF as published, the same tuned, and as the product has it, and the nominal controller alone.
-    const OWN: [&'static str; 4] = ["cn_cbf", "cn_cbf_tuned", "cn_cbf_onboard", "no_filter"];
+    /// CN-CBF as published, the same tuned, as the product has it, that with the published estimator, and the nominal
+    /// controller alone.
+    const OWN: [&'static str; 5] =
+        ["cn_cbf", "cn_cbf_tuned", "cn_cbf_onboard", "cn_cbf_onboard_difference", "no_filter"];
+    /// The published estimator: exact where positions are.
+    const DIFFERENCE: &'static [&'static str] = &["estimator.kind=\"backward_difference\""];
 
     /// Names of the methods for `robot`, in the order of the tables.
     pub fn names(robot: Robot) -> Vec<&'static str> {
-        let [published, tuned, onboard, nobody] = Self::OWN;
-        [&[published, tuned, onboard][..], &baseline::names(robot), &[nobody]].concat()
+        let [published, tuned, onboard, difference, nobody] = Self::OWN;
+        [&[published, tuned, onboard, difference][..], &baseline::names(robot), &[nobody]].concat()
     }
 
     /// The method `name` for `robot` in the [`WORLD`] of the tables, with `sets` (`section.key=value`) on top: a name of
@@ -163,14 +167,14 @@ impl Variant {
     /// # Errors
     /// [`VariantError`] if there is no such method or its settings are unusable.
     pub fn named(robot: Robot, name: &str, sets: &[String]) -> Result<Self, VariantError> {
-        let (name, text, origin, mind, tuned) = if let Some((name, file)) = name.split_once('=') {
+        let (name, text, origin, mind, changed) = if let Some((name, file)) = name.split_once('=') {
             let path = Path::new(file);
             let text = std::fs::read_to_string(path)
                 .map_err(|source| SettingsError::Read { path: path.to_owned(), source })?;
             (name, text, path.to_owned(), Mind::Filter, &[][..])
         } else {
-            let (text, mind, tuned) = Self::built_in(robot, name)?;
-            (name, text.to_owned(), PathBuf::from("built-in settings"), mind, tuned)
+            let (text, mind, changed) = Self::built_in(robot, name)?;
+            (name, text.to_owned(), PathBuf::from("built-in settings"), mind, changed)
         };
         let sets = sets.iter().map(String::as_str);
         let (mind, sets): (Mind, Vec<&str>) = match mind {
@@ -181,7 +185,7 @@ impl Variant {
             }
             Mind::Filter | Mind::Nobody => (mind, sets.collect()),
         };
-        let sets: Vec<&str> = WORLD.iter().chain(tuned).copied().chain(sets).collect();
+        let sets: Vec<&str> = WORLD.iter().chain(changed).copied().chain(sets).collect();
         let folder = origin.parent().unwrap_or(Path::new("."));
         let mut settings = Settings::parse(&overridden(&text, &origin, &sets)?, &origin, folder)?;
         // Nothing of these enters a run, and a changed priority shall not make a table unusable.
@@ -195,7 +199,7 @@ impl Variant {
         Self::new(name.to_owned(), settings, mind)
     }
 
-    /// The settings, the mind, and what tuning changes in the former.
+    /// The settings, the mind, and what the name changes in the former.
     fn built_in(
         robot: Robot,
         name: &str,
@@ -205,6 +209,7 @@ impl Variant {
             "cn_cbf" => (published, Mind::Filter, &[]),
             "cn_cbf_tuned" => (published, Mind::Filter, robot.tuned()),
             "cn_cbf_onboard" => (onboard, Mind::Filter, &[]),
+            "cn_cbf_onboard_difference" => (onboard, Mind::Filter, Self::DIFFERENCE),
             "no_filter" => (published, Mind::Nobody, &[]),
             _ => match Baseline::named(robot, name) {
                 Some(baseline) => (published, Mind::Baseline(baseline), &[]),

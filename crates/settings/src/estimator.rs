@@ -174,16 +174,16 @@ impl ImmSettings {
 mod tests {
     use crate::{EstimatorKind, Settings, SettingsError};
 
-    const SHIPPED: &str = include_str!("../../../config/ground_robot.toml");
+    const PUBLISHED: &str = include_str!("../../../config/ground_robot_paper.toml");
     const NOISE: &str =
         "[estimator.noise]\nposition_sd_m = 0.05\ninitial_speed_sd_mps = 1.5\nradius_sds = 1.0\n";
     const KALMAN: &str = "[estimator.kalman]\nacceleration_sd_mps2 = 1.0\n";
     const IMM: &str = "[estimator.imm]\ncalm_acceleration_sd_mps2 = 0.3\nlively_acceleration_sd_mps2 = 2.0\n\
         mean_stay_s = 1.7\nmanoeuvre = { acceleration_sd_mps2 = 2.0, time_constant_s = 0.5 }\n";
 
-    /// The shipped file with another estimator and tables at its end.
+    /// The published file with another estimator and tables at its end.
     fn parse(kind: &str, tables: &str) -> Result<Settings, SettingsError> {
-        let text = SHIPPED.replace("kind = \"backward_difference\"", &format!("kind = \"{kind}\""));
+        let text = PUBLISHED.replace("kind = \"backward_difference\"", &format!("kind = \"{kind}\""));
         Settings::parse(&format!("{text}\n{tables}"), "test.toml".as_ref(), "".as_ref())
     }
 
