@@ -182,9 +182,9 @@ fn candidate() {
             "stale" => state.stamp.valid_at_ns + STALE_NS <= now_ns,
             _ => true,
         };
-        // Whoever is stale still falls silent where nothing comes any more.
+        // Whoever is stale still falls silent where nothing comes any more. What came since `now_ns` was read is newer than it.
         let newest_ns = history.last().map_or(0, |(state, _)| state.stamp.valid_at_ns);
-        if vice == "stale" && now_ns - newest_ns > 100_000_000 {
+        if vice == "stale" && now_ns.saturating_sub(newest_ns) > 100_000_000 {
             continue;
         }
         let Some((state, received_ns)) = history.iter().rfind(old_enough) else { continue };
