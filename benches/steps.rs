@@ -10,7 +10,7 @@ mod scenes;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use scenes::{BarrierStep, Drive, EstimatorStep, FilterStep, NetworkStep, QpStep, Recordings, Ros2Coding};
-use settings::KernelChoice;
+use settings::{EstimatorKind, KernelChoice};
 
 const PEOPLE: [usize; 5] = [1, 5, 15, 20, 64];
 
@@ -57,9 +57,10 @@ fn mpc_step(bencher: Bencher<'_, '_>) {
     });
 }
 
+/// Of the shipped estimator.
 #[divan::bench(args = [20, 64], consts = [true, false], sample_size = 1, sample_count = 1000)]
 fn estimator_step<const NAMED: bool>(bencher: Bencher<'_, '_>, people: usize) {
-    let estimator = std::cell::RefCell::new(EstimatorStep::new(people, NAMED));
+    let estimator = std::cell::RefCell::new(EstimatorStep::new(EstimatorKind::Imm, people, NAMED));
     bencher
         .counter(ItemsCount::new(people))
         .with_inputs(|| estimator.borrow_mut().perceive())

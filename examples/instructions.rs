@@ -17,7 +17,7 @@ mod scenes;
 use std::hint::black_box;
 
 use barrier::Kernel;
-use scenes::{Drive, EstimatorStep, FilterStep, NetworkStep, QpStep, Ros2Coding};
+use scenes::{Drive, ESTIMATORS, EstimatorStep, FilterStep, NetworkStep, QpStep, Ros2Coding};
 use settings::KernelChoice;
 
 /// Calls before the one that counts: buffers are then in use and plans stand.
@@ -57,15 +57,17 @@ fn main() {
     let mut qp = QpStep::new();
     count("qp", || qp.step());
     mpc_steps();
-    for (name, named) in [("named", true), ("anonymous", false)] {
-        let mut estimator = EstimatorStep::new(20, named);
-        for _ in 0..WARM_UP {
+    for (kind_name, kind) in ESTIMATORS {
+        for (name, named) in [("named", true), ("anonymous", false)] {
+            let mut estimator = EstimatorStep::new(kind, 20, named);
+            for _ in 0..WARM_UP {
+                estimator.perceive();
+                estimator.step();
+            }
             estimator.perceive();
-            estimator.step();
+            counted_step(|| estimator.step().count);
+            println!("estimator_step/{kind_name}/{name}/20");
         }
-        estimator.perceive();
-        counted_step(|| estimator.step().count);
-        println!("estimator_step/{name}/20");
     }
     let mut detections = Ros2Coding::detections(20);
     count("encode/detections/20", || detections.encode());

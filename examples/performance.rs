@@ -18,9 +18,9 @@ use std::io::{BufRead, Write};
 
 use hdrhistogram::Histogram;
 use node_runtime::{Clock, RealClock};
-use scenes::{BarrierStep, Drive, EstimatorStep, FilterStep, NetworkStep, QpStep, Ros2Coding};
+use scenes::{BarrierStep, Drive, ESTIMATORS, EstimatorStep, FilterStep, NetworkStep, QpStep, Ros2Coding};
 use serde_json::{Value, json};
-use settings::KernelChoice;
+use settings::{EstimatorKind, KernelChoice};
 
 const PEOPLE: [usize; 5] = [1, 5, 15, 20, 64];
 /// Calls of a microsecond step in one round.
@@ -108,8 +108,10 @@ fn cases() -> Vec<Case> {
     let mut qp = QpStep::new();
     cases.push(Case::of_batches("qp", move || qp.step()));
     cases.push(mpc_case());
-    for (people, named) in [(20, true), (64, true), (20, false), (64, false)] {
-        cases.push(estimator_case(people, named));
+    for estimator in ESTIMATORS {
+        for (people, named) in [(20, true), (64, true), (20, false), (64, false)] {
+            cases.push(estimator_case(estimator, people, named));
+        }
     }
     let mut odometry = Ros2Coding::odometry();
     cases.push(Case::of_calls("encode/odometry", move || odometry.encode()));
@@ -139,10 +141,10 @@ fn mpc_case() -> Case {
     })
 }
 
-fn estimator_case(people: usize, named: bool) -> Case {
-    let mut estimator = EstimatorStep::new(people, named);
-    let kind = if named { "named" } else { "anonymous" };
-    Case::new(format!("estimator_step/{kind}/{people}"), move |durations_ps| {
+fn estimator_case((kind_name, kind): (&str, EstimatorKind), people: usize, named: bool) -> Case {
+    let mut estimator = EstimatorStep::new(kind, people, named);
+    let name = if named { "named" } else { "anonymous" };
+    Case::new(format!("estimator_step/{kind_name}/{name}/{people}"), move |durations_ps| {
         for _ in 0..CALLS {
             estimator.perceive();
             durations_ps.saturating_record(timed_ps(|| estimator.step().count));

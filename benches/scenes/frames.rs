@@ -3,8 +3,13 @@
 use bytemuck::Zeroable;
 use messages::{Detection, Detections, Obstacles};
 use obstacle_estimator::Estimator;
+use settings::EstimatorKind;
 
-use super::{NS_PER_MS, START_NS, person, settings};
+use super::{NS_PER_MS, START_NS, person};
+
+/// The shipped estimator and the published one, and what tables call them.
+pub const ESTIMATORS: [(&str, EstimatorKind); 2] =
+    [("imm", EstimatorKind::Imm), ("difference", EstimatorKind::BackwardDifference)];
 
 const FRAME_PERIOD_NS: u64 = 50 * NS_PER_MS;
 
@@ -17,10 +22,11 @@ pub struct EstimatorStep {
 }
 
 impl EstimatorStep {
-    pub fn new(people: usize, named: bool) -> Self {
+    pub fn new(kind: EstimatorKind, people: usize, named: bool) -> Self {
+        let estimator = Estimator::new(settings::EstimatorSettings { kind, ..super::settings().estimator });
         let mut frame = Box::new(Detections::zeroed());
         frame.count = people as u32;
-        let mut step = Self { estimator: Estimator::new(settings().estimator), frame, frames: 0, named };
+        let mut step = Self { estimator, frame, frames: 0, named };
         for _ in 0..3 {
             step.perceive();
             step.step();

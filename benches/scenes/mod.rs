@@ -15,7 +15,7 @@ pub use drive::{Drive, GOALS_IN_ODOM_M, PERIOD_NS, STEPS_PER_GOAL};
 pub use filter::{
     BarrierStep, FilterStep, NetworkStep, QpStep, VARIANTS, nominal_control, person, robot_pose,
 };
-pub use frames::EstimatorStep;
+pub use frames::{ESTIMATORS, EstimatorStep};
 
 use messages::Stamp;
 use settings::Settings;
