@@ -151,7 +151,8 @@ impl Bench {
         let now_ns = RealClock.now_ns();
         let (seen, newest) = (&mut self.seen, &mut self.newest);
         self.commands.drain(|command| {
-            seen.heard.push(Heard { command: *command, received_ns: now_ns, phase });
+            // Read per command: one sent while this step began would seem to come from the future.
+            seen.heard.push(Heard { command: *command, received_ns: RealClock.now_ns(), phase });
             *newest = Some(*command);
         });
         let dt_s = ((now_ns - self.moved_ns) as f64 * 1e-9).min(LONGEST_STEP_S);
