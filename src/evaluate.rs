@@ -21,10 +21,10 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> anyhow::Result<bool> {
     }
     let (rows, complete) = if args.merge.is_empty() { compute(args)? } else { (merge(args)?, true) };
     if let Some(folder) = &args.report {
-        output::write(&rows, &args.methods, folder, &command_line())?;
+        output::write(&rows, &methods(args), folder, &command_line())?;
         eprintln!("wrote {}", folder.join("evaluation.html").display());
     }
-    print!("{}", output::overview(&rows, &args.methods));
+    print!("{}", output::overview(&rows, &methods(args)));
     Ok(complete)
 }
 
@@ -33,6 +33,15 @@ const fn robot(args: &EvaluateArgs) -> Robot {
     match args.robot {
         RobotName::Ground => Robot::Ground,
         RobotName::Quadrotor => Robot::Quadrotor,
+    }
+}
+
+/// The methods asked for, in the order of tables and figures; all there are if none is named.
+fn methods(args: &EvaluateArgs) -> Vec<String> {
+    if args.methods.is_empty() {
+        Variant::names(robot(args)).into_iter().map(str::to_owned).collect()
+    } else {
+        args.methods.clone()
     }
 }
 
@@ -82,10 +91,8 @@ fn merge(args: &EvaluateArgs) -> anyhow::Result<Vec<Row>> {
 
 fn variants(args: &EvaluateArgs) -> anyhow::Result<Vec<Variant>> {
     let robot = robot(args);
-    let all = || Variant::names(robot).into_iter().map(str::to_owned).collect();
-    let names: Vec<String> = if args.methods.is_empty() { all() } else { args.methods.clone() };
     let variants: Result<Vec<Variant>, _> =
-        names.iter().map(|name| Variant::named(robot, name, &args.set)).collect();
+        methods(args).iter().map(|name| Variant::named(robot, name, &args.set)).collect();
     let variants = variants?;
     for (index, variant) in variants.iter().enumerate() {
         let twice = variants[..index].iter().any(|earlier| earlier.name() == variant.name());

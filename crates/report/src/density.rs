@@ -10,6 +10,9 @@ const SIZE: (u32, u32) = (1500, 620);
 const FONT: f64 = 27.0;
 /// Room for the names, pixels.
 const LEGEND: u32 = 330;
+/// Above the first name and below the last one together, and between two where there is room, pixels.
+const LEGEND_MARGINS: usize = 110;
+const LEGEND_APART: usize = 44;
 /// Width over which the methods of one crowd size are spread, in units of the distance between two sizes.
 const SPREAD: f64 = 0.5;
 const ROLES: [Role; 7] =
@@ -75,7 +78,8 @@ pub fn density_svg(figure: &DensityFigure) -> Result<String, PlotError> {
             .y_label_formatter(&|value| trimmed(*value))
             .draw()
             .map_err(failed)?;
-        for (index, (y, series)) in (90..).step_by(44).zip(&figure.series).enumerate() {
+        let apart = LEGEND_APART.min((SIZE.1 as usize - LEGEND_MARGINS) / figure.series.len().max(1));
+        for (index, (y, series)) in (90..).step_by(apart).zip(&figure.series).enumerate() {
             let role = ROLES[index % ROLES.len()];
             // Where colours come round again, marks are hollow.
             let style = if (index / ROLES.len()).is_multiple_of(2) {
@@ -119,4 +123,33 @@ fn needed(figure: &DensityFigure) -> [f64; 2] {
     }
     let room = if high > low { 0.1 * (high - low) } else { 0.5 };
     [low - room, high + room]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_stands_within_the_picture_however_many_there_are() {
+        for methods in [1, 13, 20] {
+            let series = |index: usize| DensitySeries {
+                name: format!("method_{index}"),
+                values: vec![Some((50.0, [40.0, 60.0]))],
+            };
+            let figure = DensityFigure {
+                title: "success, %".to_owned(),
+                people: vec![5],
+                series: (0..methods).map(series).collect(),
+                range: None,
+            };
+            let svg = density_svg(&figure).expect("a picture");
+            let names: Vec<f64> = svg
+                .split("<text ")
+                .filter(|text| text.contains("method_"))
+                .filter_map(|text| text.split("y=\"").nth(1)?.split('"').next()?.parse().ok())
+                .collect();
+            assert_eq!(names.len(), methods);
+            assert!(names.iter().all(|&y| y < f64::from(SIZE.1) - 10.0), "{names:?}");
+        }
+    }
 }
