@@ -93,7 +93,7 @@ impl Association {
         self.candidates.clear();
         self.assigned = [None; MAX_OBSTACLES];
         self.sightings.clear();
-        self.sightings.extend(anonymous.iter().map(|&detection| beliefs.sighting(&frame[detection])));
+        self.sightings.extend(anonymous.iter().map(|&index| beliefs.doubtful_sighting(&frame[index])));
         self.hopeful.clear();
         let mut flattest = f64::NEG_INFINITY;
         for (track, state) in tracks.iter().enumerate().filter(|(_, state)| state.anonymous && !state.seen) {

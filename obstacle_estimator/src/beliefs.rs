@@ -7,9 +7,15 @@ use nalgebra::{Matrix2, Vector2};
 use settings::{EstimatorSettings, NoiseSettings};
 
 use crate::motion::{Belief, Forecast, MotionFilter, Sighting};
+use crate::noise_level::NoiseLevel;
+use crate::recent::Recent;
 
 /// Sightings within the ellipse that holds this share of them belong to the track: χ² of two degrees of freedom at 99 %.
 pub(crate) const GATE_DISTANCE2: f64 = 9.210_340_371_976_184;
+
+/// While the noise is learnt, sightings may be off by so many times what is believed, or was at first, and still belong to their
+/// track: noise that sees to it that it is not seen would never be learnt.
+const DOUBT: f64 = 2.0;
 
 /// Standard deviations that a measured covariance may have, m. Anything else is a slip of perception.
 const PLAUSIBLE_SD_M: std::ops::RangeInclusive<f64> = 1e-3..=10.0;
@@ -19,7 +25,11 @@ const PLAUSIBLE_SD_M: std::ops::RangeInclusive<f64> = 1e-3..=10.0;
 pub(crate) struct Beliefs {
     pub(crate) filter: MotionFilter,
     noise: NoiseSettings,
+    /// What the noise is learnt to be; `None` if it is known.
+    level: Option<NoiseLevel>,
     places: Vec<Belief>,
+    /// The newest sightings of each place's track.
+    recent: Vec<Recent>,
     /// One bit a place, set while nobody has it.
     free: u64,
 }
@@ -31,16 +41,19 @@ impl Beliefs {
     pub(crate) fn new(settings: &EstimatorSettings) -> Option<Self> {
         let filter = MotionFilter::new(settings)?;
         let noise = settings.noise?;
-        let nobody = Sighting { position_m: Vector2::zeros(), covariance_m2: usual_covariance(&noise) };
+        let nobody =
+            Sighting { position_m: Vector2::zeros(), covariance_m2: usual_covariance(noise.position_sd_m) };
         let places = vec![filter.begin(&nobody); MAX_OBSTACLES];
-        Some(Self { filter, noise, places, free: u64::MAX })
+        let recent = vec![Recent::NOTHING; MAX_OBSTACLES];
+        let level = noise.learned.map(|learned| NoiseLevel::new(learned, noise.position_sd_m));
+        Some(Self { filter, noise, level, places, recent, free: u64::MAX })
     }
 
-    /// Takes a place for a track that `sighting` begins. There are as many places as tracks.
-    pub(crate) fn take(&mut self, sighting: &Sighting) -> usize {
+    /// Takes a place for a track that `detection` begins. There are as many places as tracks.
+    pub(crate) fn take(&mut self, detection: &Detection) -> usize {
         let place = (self.free.trailing_zeros() as usize).min(MAX_OBSTACLES - 1);
         self.free &= !(1 << place);
-        self.begin(place, sighting);
+        self.begin(place, detection);
         place
     }
 
@@ -49,14 +62,53 @@ impl Beliefs {
         self.free |= 1 << place;
     }
 
-    /// Believes nothing at `place` but `sighting`.
-    pub(crate) fn begin(&mut self, place: usize, sighting: &Sighting) {
-        self.places[place] = self.filter.begin(sighting);
+    /// Believes nothing at `place` but `detection`.
+    pub(crate) fn begin(&mut self, place: usize, detection: &Detection) {
+        self.places[place] = self.filter.begin(&self.sighting(detection));
+        self.recent[place] = Recent::NOTHING;
+        if measured_covariance(detection).is_none() {
+            self.recent[place].take(0.0, detection.position_in_odom_m);
+        }
     }
 
-    /// Takes a sighting `elapsed_s` after the last one, s.
-    pub(crate) fn update(&mut self, place: usize, elapsed_s: f64, sighting: &Sighting) {
-        self.filter.update(&mut self.places[place], elapsed_s, sighting);
+    /// What was learnt of the noise up to now holds for the sightings of the frame of `time_ns`.
+    pub(crate) fn begin_frame(&mut self, time_ns: u64) {
+        if let Some(level) = &mut self.level {
+            level.begin_frame(time_ns);
+        }
+    }
+
+    /// Standard deviation that positions are believed to have, m.
+    pub(crate) fn position_sd_m(&self) -> f64 {
+        self.level.as_ref().map_or(self.noise.position_sd_m, NoiseLevel::sd_m)
+    }
+
+    /// Evaluates what the sightings so far have shown of the noise, while no frame waits for it.
+    pub(crate) fn settle(&mut self) {
+        if let Some(level) = &mut self.level {
+            level.settle();
+        }
+    }
+
+    /// Takes a detection `elapsed_s` after the last one, s, and learns from it, unless perception itself says how noisy it is.
+    /// Returns the velocity between the two newest sightings, m/s, if they are known to be exact enough to go before the belief.
+    pub(crate) fn update(&mut self, place: usize, elapsed_s: f64, detection: &Detection) -> Option<[f64; 2]> {
+        let mut sighting = self.sighting(detection);
+        let mut exact_mps = None;
+        let recent = &mut self.recent[place];
+        if measured_covariance(detection).is_some() {
+            *recent = Recent::NOTHING;
+        } else {
+            recent.take(elapsed_s, detection.position_in_odom_m);
+            if let (Some(level), Some(residuals)) = (&mut self.level, recent.residuals()) {
+                level.take(&residuals);
+                let off_m = level.outlier_m(&residuals).unwrap_or(0.0);
+                sighting.covariance_m2 += Matrix2::from_diagonal_element(off_m.powi(2));
+                exact_mps = level.lets_differ(recent, &residuals).then(|| recent.difference_mps());
+            }
+        }
+        self.filter.update(&mut self.places[place], elapsed_s, &sighting);
+        exact_mps
     }
 
     /// What is believed `elapsed_s` after the last sighting, s.
@@ -68,8 +120,19 @@ impl Beliefs {
     pub(crate) fn sighting(&self, detection: &Detection) -> Sighting {
         Sighting {
             position_m: detection.position_in_odom_m.into(),
-            covariance_m2: measured_covariance(detection).unwrap_or_else(|| usual_covariance(&self.noise)),
+            covariance_m2: measured_covariance(detection)
+                .unwrap_or_else(|| usual_covariance(self.position_sd_m())),
         }
+    }
+
+    /// The same, as uncertain as it may be and still belong to a track.
+    pub(crate) fn doubtful_sighting(&self, detection: &Detection) -> Sighting {
+        let believed = self.sighting(detection);
+        if self.level.is_none() || measured_covariance(detection).is_some() {
+            return believed;
+        }
+        let sd_m = DOUBT * self.noise.position_sd_m.max(self.position_sd_m());
+        Sighting { covariance_m2: usual_covariance(sd_m), ..believed }
     }
 
     /// Share of the position's standard deviation that goes into the radius.
@@ -78,8 +141,8 @@ impl Beliefs {
     }
 }
 
-fn usual_covariance(noise: &NoiseSettings) -> Matrix2<f64> {
-    Matrix2::from_diagonal_element(noise.position_sd_m.powi(2))
+fn usual_covariance(position_sd_m: f64) -> Matrix2<f64> {
+    Matrix2::from_diagonal_element(position_sd_m.powi(2))
 }
 
 /// The detection's own covariance, if it has one that can be.

@@ -72,6 +72,9 @@ impl Estimator {
         let time_ns = frame.stamp.valid_at_ns;
         self.has_frame = true;
         self.counts.frames_used += 1;
+        if let Some(beliefs) = &mut self.beliefs {
+            beliefs.begin_frame(time_ns);
+        }
         self.sort_detections(frame);
         self.update_named(frame);
         self.update_anonymous(frame);
@@ -90,6 +93,9 @@ impl Estimator {
     /// Every track is predicted to `now_ns` at constant velocity, at most `coast_ms` beyond its last sighting. Silence
     /// drops nobody: only a frame can say that somebody is gone. The stamp still tells when perception last spoke.
     pub fn heartbeat(&mut self, now_ns: u64) -> &Obstacles {
+        if let Some(beliefs) = &mut self.beliefs {
+            beliefs.settle();
+        }
         let coast_ns = self.settings.coast_ms.saturating_mul(1_000_000);
         self.write(now_ns, |track| now_ns.min(track.measured_at_ns.saturating_add(coast_ns)))
     }
@@ -97,6 +103,11 @@ impl Estimator {
     /// What was met so far.
     pub fn counts(&self) -> &EstimatorCounts {
         &self.counts
+    }
+
+    /// Standard deviation that positions are believed to have along each axis, m; `None` if nothing asks for it.
+    pub fn position_sd_m(&self) -> Option<f64> {
+        self.beliefs.as_ref().map(Beliefs::position_sd_m)
     }
 
     /// The last thing that went wrong; [`Reason::None`] if nothing did.
@@ -229,8 +240,7 @@ impl Estimator {
             let id = if detection.track_id == 0 { self.anonymous_id() } else { detection.track_id };
             let mut track = Track::new(id, detection, frame.stamp.valid_at_ns, &self.settings);
             if let Some(beliefs) = &mut self.beliefs {
-                let sighting = beliefs.sighting(detection);
-                track.place = beliefs.take(&sighting);
+                track.place = beliefs.take(detection);
             }
             self.tracks.push(track);
             self.counts.tracks_started += 1;

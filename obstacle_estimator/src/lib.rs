@@ -13,6 +13,8 @@ mod beliefs;
 mod counts;
 mod estimator;
 pub mod motion;
+mod noise_level;
+mod recent;
 pub mod shell;
 mod track;
 

@@ -34,7 +34,11 @@ pub fn run(settings: &Settings, instance: &str) -> anyhow::Result<()> {
         settings.realtime.as_ref().and_then(|realtime| realtime.estimator.as_ref()),
         &shutdown,
     );
-    tracing::info!(counts = ?process.estimator.counts(), "estimator ends");
+    tracing::info!(
+        counts = ?process.estimator.counts(),
+        position_sd_m = process.estimator.position_sd_m(),
+        "estimator ends"
+    );
     Ok(())
 }
 

@@ -20,6 +20,13 @@ enum Knowledge {
     Rates,
 }
 
+/// Where a filtered track has its newest velocity from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Source {
+    Models,
+    Differences,
+}
+
 /// What a new sighting did to a track.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Update {
@@ -44,6 +51,7 @@ pub(crate) struct Track {
     pub(crate) place: usize,
     /// Which of the newest frames showed it, the newest one in the lowest bit.
     sightings: u8,
+    source: Source,
     position_m: [f64; 2],
     velocity_mps: [f64; 2],
     acceleration_mps2: [f64; 2],
@@ -92,6 +100,7 @@ impl Track {
             measured_at_ns,
             place: 0,
             sightings: 1,
+            source: Source::Models,
             position_m: detection.position_in_odom_m,
             velocity_mps: [0.0, 0.0],
             acceleration_mps2: [0.0, 0.0],

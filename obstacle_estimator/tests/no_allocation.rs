@@ -5,11 +5,11 @@ mod support;
 use allocation_counter::measure;
 use obstacle_estimator::Estimator;
 use settings::EstimatorSettings;
-use support::{MS, START_NS, frame, imm, kalman, moving, provided, seen};
+use support::{MS, START_NS, frame, imm, kalman, learning, moving, provided, seen};
 
 #[test]
 fn nothing_is_allocated_after_construction() {
-    for settings in [provided(), kalman(), imm()] {
+    for settings in [provided(), kalman(), imm(), learning()] {
         allocates_nothing(settings);
     }
 }

@@ -58,14 +58,30 @@ pub struct EstimatorSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NoiseSettings {
-    /// Standard deviation of a measured position along each axis, m. Taken where a detection carries no covariance, or one
-    /// that cannot be.
+    /// Standard deviation of a measured position along each axis, m, or what is believed of it until it is learnt. Taken where
+    /// a detection carries no covariance, or one that cannot be.
     pub position_sd_m: f64,
     /// Standard deviation of the velocity of somebody just met along each axis, about zero, m/s.
     pub initial_speed_sd_mps: f64,
     /// How many standard deviations of the position, at the time of publication and along the worst direction, are added to
     /// the radius; 0 leaves the radius as perceived.
     pub radius_sds: f64,
+    /// Learn `position_sd_m` from the sightings themselves; absent means that it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub learned: Option<LearnedNoiseSettings>,
+}
+
+/// How the noise of positions is learnt from the positions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LearnedNoiseSettings {
+    /// No less is believed, m.
+    pub least_sd_m: f64,
+    /// No more is believed, m.
+    pub most_sd_m: f64,
+    /// Differences of positions go before the models while their own standard deviation along each axis, as learnt, is no
+    /// more than this, m/s; 0 means never.
+    pub difference_sd_mps: f64,
 }
 
 /// A walk of constant velocity, disturbed by an acceleration that is constant from sighting to sighting.
@@ -143,7 +159,22 @@ impl NoiseSettings {
     fn validate(self) -> Checked {
         plausible("estimator.noise.position_sd_m", self.position_sd_m)?;
         plausible("estimator.noise.initial_speed_sd_mps", self.initial_speed_sd_mps)?;
-        non_negative("estimator.noise.radius_sds", self.radius_sds)
+        non_negative("estimator.noise.radius_sds", self.radius_sds)?;
+        self.learned.map_or(Ok(()), |learned| learned.validate(self.position_sd_m))
+    }
+}
+
+impl LearnedNoiseSettings {
+    fn validate(self, position_sd_m: f64) -> Checked {
+        plausible("estimator.noise.learned.least_sd_m", self.least_sd_m)?;
+        plausible("estimator.noise.learned.most_sd_m", self.most_sd_m)?;
+        non_negative("estimator.noise.learned.difference_sd_mps", self.difference_sd_mps)?;
+        require(
+            (self.least_sd_m..=self.most_sd_m).contains(&position_sd_m),
+            "estimator.noise.position_sd_m",
+            position_sd_m,
+            "between estimator.noise.learned.least_sd_m and most_sd_m",
+        )
     }
 }
 
@@ -177,6 +208,7 @@ mod tests {
     const PUBLISHED: &str = include_str!("../../../config/ground_robot_paper.toml");
     const NOISE: &str =
         "[estimator.noise]\nposition_sd_m = 0.05\ninitial_speed_sd_mps = 1.5\nradius_sds = 1.0\n";
+    const LEARNED: &str = "learned = { least_sd_m = 0.001, most_sd_m = 0.5, difference_sd_mps = 0.1 }\n";
     const KALMAN: &str = "[estimator.kalman]\nacceleration_sd_mps2 = 1.0\n";
     const IMM: &str = "[estimator.imm]\ncalm_acceleration_sd_mps2 = 0.3\nlively_acceleration_sd_mps2 = 2.0\n\
         mean_stay_s = 1.7\nmanoeuvre = { acceleration_sd_mps2 = 2.0, time_constant_s = 0.5 }\n";
@@ -189,7 +221,11 @@ mod tests {
 
     #[test]
     fn filters_are_read_and_written_back() {
-        for (kind, tables) in [("kalman", format!("{NOISE}{KALMAN}")), ("imm", format!("{NOISE}{IMM}"))] {
+        for (kind, tables) in [
+            ("kalman", format!("{NOISE}{KALMAN}")),
+            ("imm", format!("{NOISE}{IMM}")),
+            ("imm", format!("{NOISE}{LEARNED}{IMM}")),
+        ] {
             let settings = parse(kind, &tables).unwrap();
             let again =
                 Settings::parse(&settings.to_toml().unwrap(), "again.toml".as_ref(), "".as_ref()).unwrap();
@@ -225,6 +261,22 @@ mod tests {
                 "imm",
                 format!("{NOISE}{IMM}").replace("time_constant_s = 0.5", "time_constant_s = inf"),
                 "time_constant_s",
+            ),
+            (
+                "imm",
+                format!("{NOISE}{LEARNED}{IMM}").replace("least_sd_m = 0.001", "least_sd_m = 0.06"),
+                "between estimator.noise.learned.least_sd_m and most_sd_m",
+            ),
+            ("imm", format!("{NOISE}{LEARNED}{IMM}").replace("0.001", "0.0"), "learned.least_sd_m"),
+            (
+                "imm",
+                format!("{NOISE}{LEARNED}{IMM}").replace("most_sd_m = 0.5", "most_sd_m = nan"),
+                "most_sd_m",
+            ),
+            (
+                "imm",
+                format!("{NOISE}{LEARNED}{IMM}").replace("mps = 0.1 }", "mps = -0.1 }"),
+                "difference_sd_mps",
             ),
         ] {
             let refusal = parse(kind, &tables).unwrap_err().to_string();

@@ -34,7 +34,8 @@ pub use anticipation::AnticipationSettings;
 pub use classes::ClassesSettings;
 pub use error::SettingsError;
 pub use estimator::{
-    EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, ManoeuvreSettings, NoiseSettings,
+    EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, LearnedNoiseSettings, ManoeuvreSettings,
+    NoiseSettings,
 };
 pub use filter::{ClassName, FilterSettings, FilterTrigger, KernelChoice};
 pub use filter_options::{Composition, ObstacleInput, SoftminOffset};

@@ -3,7 +3,7 @@
 use messages::{Detection, Obstacle};
 use settings::EstimatorSettings;
 
-use super::{Knowledge, Track, Update, known_class};
+use super::{Knowledge, Source, Track, Update, known_class};
 use crate::beliefs::{Beliefs, worst_sd_m};
 use crate::motion::{Forecast, Sighting};
 
@@ -27,8 +27,7 @@ impl Track {
     ) -> Update {
         let interval_ns = measured_at_ns - self.measured_at_ns;
         let interval_s = interval_ns as f64 * 1e-9;
-        let sighting = beliefs.sighting(detection);
-        if !self.could_reach(&sighting, interval_s, settings, beliefs) {
+        if !self.could_reach(&beliefs.doubtful_sighting(detection), interval_s, settings, beliefs) {
             self.begin_anew(detection, measured_at_ns, settings, beliefs);
             return Update::Teleported;
         }
@@ -41,8 +40,10 @@ impl Track {
         self.measured_at_ns = measured_at_ns;
         self.radius_m = detection.radius_m;
         self.class = known_class(detection.class);
-        beliefs.update(self.place, interval_s, &sighting);
-        self.read(&beliefs.forecast(self.place, 0.0), settings);
+        match beliefs.update(self.place, interval_s, detection) {
+            Some(velocity_mps) => self.differ(detection, velocity_mps, interval_s, settings),
+            None => self.read(&beliefs.forecast(self.place, 0.0), settings),
+        }
         Update::Continued
     }
 
@@ -75,21 +76,35 @@ impl Track {
     ) {
         let place = self.place;
         *self = Self { place, ..Self::new(self.id, detection, measured_at_ns, settings) };
-        let sighting = beliefs.sighting(detection);
-        beliefs.begin(place, &sighting);
+        beliefs.begin(place, detection);
+    }
+
+    /// What two exact sightings tell, as if there were no filter. Rates need two such velocities.
+    fn differ(
+        &mut self,
+        detection: &Detection,
+        velocity_mps: [f64; 2],
+        interval_s: f64,
+        settings: &EstimatorSettings,
+    ) {
+        self.position_m = detection.position_in_odom_m;
+        let velocity_mps = slowed(velocity_mps, settings.teleport_speed_mps);
+        if self.source == Source::Differences {
+            self.continue_motion(velocity_mps, interval_s, settings);
+        } else {
+            self.forget_motion();
+            self.begin_motion(velocity_mps, settings);
+            self.source = Source::Differences;
+        }
     }
 
     /// What the obstacle models need of the belief, within the bounds of the settings.
     fn read(&mut self, belief: &Forecast, settings: &EstimatorSettings) {
+        self.source = Source::Models;
         let [[x, y, vx, vy, ax, ay]] = belief.mean.data.0;
         self.position_m = [x, y];
         let speed_mps = vx.hypot(vy);
-        let slowed = if speed_mps > settings.teleport_speed_mps {
-            settings.teleport_speed_mps / speed_mps
-        } else {
-            1.0
-        };
-        self.set_velocity([vx * slowed, vy * slowed], settings);
+        self.set_velocity(slowed([vx, vy], settings.teleport_speed_mps), settings);
 
         let (max_rate_mps2, max_radps) = (settings.max_speed_rate_mps2, settings.max_heading_rate_radps);
         self.acceleration_mps2 = [ax, ay].map(|component| component.clamp(-max_rate_mps2, max_rate_mps2));
@@ -118,5 +133,15 @@ impl Track {
             obstacle.radius_m += beliefs.radius_sds() * worst_sd_m(&forecast.position_covariance_m2);
         }
         obstacle
+    }
+}
+
+/// The same direction, no faster than `most_mps`.
+fn slowed(velocity_mps: [f64; 2], most_mps: f64) -> [f64; 2] {
+    let speed_mps = velocity_mps[0].hypot(velocity_mps[1]);
+    if speed_mps > most_mps {
+        velocity_mps.map(|component| component * (most_mps / speed_mps))
+    } else {
+        velocity_mps
     }
 }

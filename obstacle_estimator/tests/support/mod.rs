@@ -7,7 +7,8 @@ use bytemuck::Zeroable;
 use messages::{Detection, DetectionFlags, Detections, Obstacle, Obstacles};
 use obstacle_estimator::Estimator;
 use settings::{
-    EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, ManoeuvreSettings, NoiseSettings,
+    EstimatorKind, EstimatorSettings, ImmSettings, KalmanSettings, LearnedNoiseSettings, ManoeuvreSettings,
+    NoiseSettings,
 };
 
 pub(crate) const MS: u64 = 1_000_000;
@@ -32,7 +33,7 @@ pub(crate) fn settings() -> EstimatorSettings {
 }
 
 pub(crate) const NOISE: NoiseSettings =
-    NoiseSettings { position_sd_m: 0.05, initial_speed_sd_mps: 1.5, radius_sds: 0.0 };
+    NoiseSettings { position_sd_m: 0.05, initial_speed_sd_mps: 1.5, radius_sds: 0.0, learned: None };
 
 pub(crate) fn kalman() -> EstimatorSettings {
     EstimatorSettings {
@@ -55,6 +56,14 @@ pub(crate) fn imm() -> EstimatorSettings {
         }),
         ..settings()
     }
+}
+
+pub(crate) const LEARNED: LearnedNoiseSettings =
+    LearnedNoiseSettings { least_sd_m: 0.001, most_sd_m: 0.5, difference_sd_mps: 0.02 };
+
+/// The interacting models, which learn how noisy positions are.
+pub(crate) fn learning() -> EstimatorSettings {
+    EstimatorSettings { noise: Some(NoiseSettings { learned: Some(LEARNED), ..NOISE }), ..imm() }
 }
 
 pub(crate) fn provided() -> EstimatorSettings {

@@ -108,6 +108,8 @@ pub(crate) struct Errors {
     pub(crate) growth_m: f64,
     /// Tracks that were cut: teleported or interrupted.
     pub(crate) cut: u64,
+    /// Standard deviation that positions are believed to have in the end, m.
+    pub(crate) believed_sd_m: Option<f64>,
 }
 
 /// Shows `walks` to an estimator and compares.
@@ -172,5 +174,6 @@ pub(crate) fn errors(settings: &EstimatorSettings, walks: &[Vec<State>], sight: 
         outside_radius: outside as f64 / n,
         growth_m: growth_m / n,
         cut: counts.tracks_teleported + counts.tracks_interrupted,
+        believed_sd_m: estimator.position_sd_m(),
     }
 }
