@@ -21,17 +21,12 @@ pub(crate) struct Residuals {
     /// Along each axis a number that white noise gives its own standard deviation, m. None along an axis without any change:
     /// such positions are old, or rounded, rather than exact.
     pub(crate) along_m: [Option<f64>; 2],
+    /// The larger magnitude of the two, m.
+    pub(crate) largest_m: f64,
     /// How far off the newest sighting is for each metre of residual, if it alone is to blame.
     pub(crate) newest_m_per_m: f64,
     /// Change of the acceleration from one interval to the next that would explain the larger one, m/s².
     pub(crate) step_mps2: f64,
-}
-
-impl Residuals {
-    /// The larger magnitude, m.
-    pub(crate) fn largest_m(&self) -> f64 {
-        self.along_m.into_iter().flatten().fold(0.0, |largest, residual_m| residual_m.abs().max(largest))
-    }
 }
 
 impl Recent {
@@ -74,13 +69,21 @@ impl Recent {
             1.0 / others.map(|j| times_s[i] - times_s[j]).product::<f64>()
         });
         let norm = weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt();
-        let along_m = std::array::from_fn(|axis| {
+        let along_m: [Option<f64>; 2] = std::array::from_fn(|axis| {
             let along = self.positions_m.map(|position_m| position_m[axis]);
             let sum: f64 = weights.iter().zip(along).map(|(weight, at)| weight * (at - along[0])).sum();
             along.iter().any(|&at| at != along[0]).then_some(sum / norm)
         });
-        let mut residuals = Residuals { along_m, newest_m_per_m: norm / weights[SPAN - 1], step_mps2: 0.0 };
-        residuals.step_mps2 = 6.0 * residuals.largest_m() * norm * times_s[SPAN - 1] / 3.0;
-        Some(residuals)
+        let largest_m = along_m
+            .iter()
+            .flatten()
+            .fold(0.0, |largest: f64, residual_m: &f64| largest.max(residual_m.abs()));
+        let interval_s = times_s[SPAN - 1] / 3.0;
+        Some(Residuals {
+            along_m,
+            largest_m,
+            newest_m_per_m: norm / weights[SPAN - 1],
+            step_mps2: 6.0 * largest_m * norm * interval_s,
+        })
     }
 }

@@ -128,16 +128,13 @@ fn exact_positions_are_differenced_as_published() {
 
 #[test]
 fn missing_sightings_and_missing_names_do_not_keep_exact_positions_from_being_known() {
-    let mut random = Pcg64::new(1, 1);
-    let named = show(learning(), 10, 50, 2_000, |_, person, state| {
-        (random.random::<f64>() >= 0.1).then(|| seen(person, state.position_m))
-    });
-    let published = {
+    let with_dropout = |settings| {
         let mut random = Pcg64::new(1, 1);
-        show(settings(), 10, 50, 2_000, |_, person, state| {
+        show(settings, 10, 50, 2_000, |_, person, state| {
             (random.random::<f64>() >= 0.1).then(|| seen(person, state.position_m))
         })
     };
+    let (named, published) = (with_dropout(learning()), with_dropout(settings()));
     for (ours, theirs) in named.velocity_mps.iter().zip(&published.velocity_mps) {
         assert!(*ours < 1.1 * theirs + 0.02, "{:?} {:?}", named.velocity_mps, published.velocity_mps);
     }
