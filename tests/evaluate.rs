@@ -111,6 +111,17 @@ fn nothing_is_computed_twice_and_more_can_be_added() {
     assert!(output.status.code() == Some(2) && told.contains("settings") && told.contains("--out"), "{told}");
 }
 
+#[test]
+fn columns_stand_in_line_whatever_methods_are_called() {
+    let folder = scratch("columns");
+    let methods =
+        ["--robot", "quadrotor", "--methods", "no_filter,cn_cbf_onboard_difference", "--people", "3"];
+    let output = evaluate(&folder, &[&methods[..], &SHORT, &["--scenarios", "1"]].concat());
+    let shown = text(&output.stdout);
+    let widths: Vec<usize> = shown.lines().map(|line| line.chars().count()).collect();
+    assert!(widths.len() == 3 && widths.iter().all(|width| *width == widths[0]), "{shown}");
+}
+
 /// Waits until the table of `child` has a part.
 fn until_something_is_done(folder: &Path, child: &mut Child) {
     for _ in 0..6_000 {

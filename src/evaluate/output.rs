@@ -31,11 +31,13 @@ pub(super) fn overview(rows: &[Row], methods: &[String]) -> String {
 }
 
 fn lines(rows: &[Row], methods: &[String]) -> String {
+    let summary = summarise(rows, &order(methods));
+    let longest = summary.lines.iter().map(|line| line.method.chars().count()).max().unwrap_or(0);
+    let width = longest.max("method".len());
     let mut text = format!(
-        "{:<10} {:>6}  {:<16} {:>5}  {:>9} {:>15}  {:>9}  {:>7} {:>7}\n",
+        "{:<10} {:>6}  {:<width$} {:>5}  {:>9} {:>15}  {:>9}  {:>7} {:>7}\n",
         "robot", "people", "method", "runs", "success %", "95 % interval", "5 cm less", "time s", "path m"
     );
-    let summary = summarise(rows, &order(methods));
     for pair in summary.lines.chunks_exact(2) {
         let [full, smaller] = pair else { continue };
         let percent = |line: &Line| 100.0 * line.successes as f64 / line.runs.max(1) as f64;
@@ -44,7 +46,7 @@ fn lines(rows: &[Row], methods: &[String]) -> String {
         let interval = format!("{:.1} to {:.1}", 100.0 * full.interval[0], 100.0 * full.interval[1]);
         let _ = writeln!(
             text,
-            "{:<10} {:>6}  {:<16} {:>5}  {:>9.1} {interval:>15}  {:>9.1}  {:>7} {:>7}",
+            "{:<10} {:>6}  {:<width$} {:>5}  {:>9.1} {interval:>15}  {:>9.1}  {:>7} {:>7}",
             full.robot,
             full.people,
             full.method,
