@@ -122,7 +122,7 @@ impl NoiseLevel {
     /// How far the newest sighting may be off, m, if its residuals are neither noise as usual nor what people do.
     pub(crate) fn outlier_m(&self, residuals: &Residuals) -> Option<f64> {
         let outlier = residuals.step_mps2 > MOST_STEP_MPS2 && residuals.largest_m > OUTLIER_SDS * self.sd_m();
-        outlier.then(|| residuals.largest_m * residuals.newest_m_per_m)
+        outlier.then_some(residuals.largest_m * residuals.newest_m_per_m)
     }
 
     /// Whether the velocity between the two newest sightings is exact enough to go before the models.
