@@ -116,28 +116,32 @@ impl Beliefs {
         self.filter.forecast(&self.places[place], elapsed_s)
     }
 
-    /// The position and how uncertain it is: as measured where perception says so, else as the settings do.
-    pub(crate) fn sighting(&self, detection: &Detection) -> Sighting {
-        Sighting {
-            position_m: detection.position_in_odom_m.into(),
-            covariance_m2: measured_covariance(detection)
-                .unwrap_or_else(|| usual_covariance(self.position_sd_m())),
-        }
+    /// The position and how uncertain it is: as measured where perception says so, else as believed.
+    fn sighting(&self, detection: &Detection) -> Sighting {
+        sighting_of(detection, self.position_sd_m())
     }
 
     /// The same, as uncertain as it may be and still belong to a track.
     pub(crate) fn doubtful_sighting(&self, detection: &Detection) -> Sighting {
-        let believed = self.sighting(detection);
-        if self.level.is_none() || measured_covariance(detection).is_some() {
-            return believed;
-        }
-        let sd_m = DOUBT * self.noise.position_sd_m.max(self.position_sd_m());
-        Sighting { covariance_m2: usual_covariance(sd_m), ..believed }
+        let believed_m = self.position_sd_m();
+        let doubtful_m = match self.level {
+            Some(_) => DOUBT * believed_m.max(self.noise.position_sd_m),
+            None => believed_m,
+        };
+        sighting_of(detection, doubtful_m)
     }
 
     /// Share of the position's standard deviation that goes into the radius.
     pub(crate) fn radius_sds(&self) -> f64 {
         self.noise.radius_sds
+    }
+}
+
+/// A sighting of `position_sd_m` unless perception says how uncertain it is.
+fn sighting_of(detection: &Detection, position_sd_m: f64) -> Sighting {
+    Sighting {
+        position_m: detection.position_in_odom_m.into(),
+        covariance_m2: measured_covariance(detection).unwrap_or_else(|| usual_covariance(position_sd_m)),
     }
 }
 

@@ -27,6 +27,15 @@ fn noisy(state: &State, sd_m: f64, random: &mut Pcg64) -> [f64; 2] {
     })
 }
 
+/// The same sighting with a covariance of `variance_m2` on each axis.
+fn with_covariance(detection: Detection, variance_m2: f64) -> Detection {
+    Detection {
+        position_covariance_m2: [variance_m2, 0.0, variance_m2],
+        flags: DetectionFlags::HAS_COVARIANCE,
+        ..detection
+    }
+}
+
 /// What became of people who were shown by hand.
 struct Shown {
     estimator: Estimator,
@@ -165,17 +174,12 @@ fn nobody_is_differenced_for_the_others_exactness() {
         show(settings(), 1, 50, 2_000, |_, person, state| Some(seen(person, noisy(state, sd_m, random))))
             .velocity_mps[0]
     };
-    for (with_covariance, sd_m) in [(true, 0.2), (false, 0.05)] {
+    for (says_so, sd_m) in [(true, 0.2), (false, 0.05)] {
         let mut random = Pcg64::new(3, 3);
         let shown = show(learning(), 20, 50, 2_000, |_, person, state| {
             let own = if person == 1 { sd_m } else { 0.0 };
             let detection = seen(person, noisy(state, own, &mut random));
-            Some(if person == 1 && with_covariance {
-                let position_covariance_m2 = [sd_m * sd_m, 0.0, sd_m * sd_m];
-                Detection { position_covariance_m2, flags: DetectionFlags::HAS_COVARIANCE, ..detection }
-            } else {
-                detection
-            })
+            Some(if person == 1 && says_so { with_covariance(detection, sd_m * sd_m) } else { detection })
         });
         let differenced_mps = published(&mut Pcg64::new(3, 3), sd_m);
         assert!(shown.velocity_mps[0] < 0.5 * differenced_mps, "{:?} {differenced_mps}", shown.velocity_mps);
@@ -197,8 +201,7 @@ fn a_covariance_keeps_a_sighting_from_being_differenced() {
         let at_m = |person: u64| [0.05 * k as f64, person as f64 + (0.1 * k as f64).sin()];
         let mut people: Vec<Detection> = (1..=10).map(|person| seen(person, at_m(person))).collect();
         if k % 2 == 0 {
-            people[0].position_covariance_m2 = [1e-4, 0.0, 1e-4];
-            people[0].flags = DetectionFlags::HAS_COVARIANCE;
+            people[0] = with_covariance(people[0], 1e-4);
         }
         let answer = feed(&mut estimator, 50 * k, &people);
         if k > 20 {
@@ -262,12 +265,8 @@ fn a_few_sightings_and_sightings_with_a_covariance_change_no_belief() {
 
     let mut estimator = Estimator::new(learning());
     for k in 0..300_u64 {
-        let known = Detection {
-            position_covariance_m2: [0.04, 0.0, 0.04],
-            flags: DetectionFlags::HAS_COVARIANCE,
-            ..seen(1, [0.05 * k as f64 + 0.3 * (k % 2) as f64, 0.0])
-        };
-        feed(&mut estimator, 50 * k, &[known]);
+        let sighting = seen(1, [0.05 * k as f64 + 0.3 * (k % 2) as f64, 0.0]);
+        feed(&mut estimator, 50 * k, &[with_covariance(sighting, 0.04)]);
     }
     assert!(close(believed_m(&estimator), NOISE.position_sd_m), "{}", believed_m(&estimator));
 }
