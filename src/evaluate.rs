@@ -20,11 +20,12 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> anyhow::Result<bool> {
         })?;
     }
     let (rows, complete) = if args.merge.is_empty() { compute(args)? } else { (merge(args)?, true) };
+    let methods = methods(args);
     if let Some(folder) = &args.report {
-        output::write(&rows, &methods(args), folder, &command_line())?;
+        output::write(&rows, &methods, folder, &command_line())?;
         eprintln!("wrote {}", folder.join("evaluation.html").display());
     }
-    print!("{}", output::overview(&rows, &methods(args)));
+    print!("{}", output::overview(&rows, &methods));
     Ok(complete)
 }
 
