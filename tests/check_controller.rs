@@ -168,13 +168,13 @@ fn candidate() {
     while !shutdown.requested() || vice == "ignores_sigterm" {
         let period_ms = if vice == "slow" { 500 } else { PERIOD_MS };
         std::thread::sleep(std::time::Duration::from_millis(period_ms));
-        let now_ns = RealClock.now_ns();
-        states.drain(|state| history.push((*state, now_ns)));
+        states.drain(|state| history.push((*state, RealClock.now_ns())));
         goals.drain(|newer| {
             if vice != "keeps_goal" || goal.is_none() {
                 goal = Some(*newer);
             }
         });
+        let now_ns = RealClock.now_ns();
         if vice == "poisoned" && history.iter().any(|(state, _)| !state.is_finite()) {
             continue;
         }
@@ -182,9 +182,9 @@ fn candidate() {
             "stale" => state.stamp.valid_at_ns + STALE_NS <= now_ns,
             _ => true,
         };
-        // Whoever is stale still falls silent where nothing comes any more. What came since `now_ns` was read is newer than it.
+        // Whoever is stale still falls silent where nothing comes any more.
         let newest_ns = history.last().map_or(0, |(state, _)| state.stamp.valid_at_ns);
-        if vice == "stale" && now_ns.saturating_sub(newest_ns) > 100_000_000 {
+        if vice == "stale" && now_ns - newest_ns > 100_000_000 {
             continue;
         }
         let Some((state, received_ns)) = history.iter().rfind(old_enough) else { continue };

@@ -150,17 +150,20 @@ impl Ears {
 }
 
 impl Work for NominalProcess {
-    fn cycle(&mut self, tick: &Tick, health: &mut HealthReporter) {
-        if let Some(newer) = self.robot_states.newest() {
-            (self.robot_state, self.received_ns) = (Some(newer), tick.woke_ns);
-        }
+    fn cycle(&mut self, _: &Tick, health: &mut HealthReporter) {
+        let newer = self.robot_states.newest();
         self.goal = self.goals.newest().or(self.goal);
+        // Not when the cycle began: a state that came while the process was held up since then would be from the future.
+        let now_ns = RealClock.now_ns();
+        if newer.is_some() {
+            (self.robot_state, self.received_ns) = (newer, now_ns);
+        }
         let inputs = Inputs {
             robot_state: self.robot_state.as_ref(),
             robot_state_received_ns: self.received_ns,
             goal: self.goal.as_ref(),
         };
-        match self.controller.step(&inputs, tick.woke_ns) {
+        match self.controller.step(&inputs, now_ns) {
             Ok(mut command) => {
                 command.stamp.published_ns = RealClock.now_ns();
                 if self.commands.send(&command).is_err() {

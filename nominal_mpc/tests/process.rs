@@ -7,9 +7,10 @@ mod common;
 use std::process::{Child, Command};
 use std::time::Duration;
 
-use common::{goal, state};
+use common::{goal, ground_robot, state};
 use messages::{Goal, Health, Intent, NominalCommand, ProcessId, RobotState};
-use node_runtime::{Clock, Domain, Node, RealClock, ScopedDomain};
+use node_runtime::{Clock, Domain, Node, ProcessLoop, RealClock, ScopedDomain, Tick};
+use nominal_mpc::shell::NominalProcess;
 
 const INSTANCE: &str = "nominal";
 
@@ -74,6 +75,32 @@ fn commands_flow_while_robot_states_do() {
     )
     .unwrap();
     assert!(running.0.wait().unwrap().success());
+}
+
+#[test]
+fn a_state_that_comes_while_a_cycle_is_held_up_was_received_after_it_was_sent() {
+    let domain = ScopedDomain::new();
+    let bridge = Node::open_in(&domain, INSTANCE, ProcessId::Bridge).unwrap();
+    let states = bridge.publisher::<RobotState>().unwrap();
+    let goals = bridge.publisher::<Goal>().unwrap();
+    let mut commands = bridge.subscriber::<NominalCommand>().unwrap();
+    let node = Node::open_in(&domain, INSTANCE, ProcessId::Nominal).unwrap();
+    let mut process = NominalProcess::open(&ground_robot(), &node).unwrap();
+    let mut cycles = ProcessLoop::new(&node).unwrap();
+
+    let began = Tick::event(RealClock.now_ns());
+    std::thread::sleep(Duration::from_millis(20));
+    let sent_ns = RealClock.now_ns();
+    let mut robot = state([0.0; 3], sent_ns);
+    robot.stamp.published_ns = sent_ns;
+    states.send(&robot).unwrap();
+    goals.send(&goal(10.0, 0.0)).unwrap();
+    cycles.cycle(&mut process, &began);
+
+    let command = commands.newest().expect("a command");
+    assert_eq!(command.bridge_published_ns, sent_ns);
+    assert!(command.received_ns >= sent_ns, "{command:?}");
+    assert!(command.stamp.published_ns >= command.received_ns, "{command:?}");
 }
 
 #[test]

@@ -88,12 +88,14 @@ static void drive(cncbf_reader_t *states, cncbf_reader_t *goals, cncbf_nominal_t
     uint64_t received_ns = 0, due_ns = 0, sequence = 0;
 
     for (; !stop_requested; cncbf_nominal_wait(place, cncbf_now_ns() + PERIOD_NS)) {
+        int is_new = cncbf_reader_newest(states, &state, sizeof state) == CNCBF_RESULT_OK;
+        have_goal |= cncbf_reader_newest(goals, &goal, sizeof goal) == CNCBF_RESULT_OK;
+        /* Only now: a state that came after the clock was read would be from the future. */
         uint64_t now_ns = cncbf_now_ns();
-        if (cncbf_reader_newest(states, &state, sizeof state) == CNCBF_RESULT_OK) {
+        if (is_new) {
             have_state = 1;
             received_ns = now_ns;
         }
-        have_goal |= cncbf_reader_newest(goals, &goal, sizeof goal) == CNCBF_RESULT_OK;
         if (!have_state || !have_goal || now_ns < due_ns || !is_fresh(&state, now_ns))
             continue;
         arrived = has_arrived(&state, &goal, arrived);

@@ -91,10 +91,12 @@ def drive(
     tolerance = args.tolerance
     period_ns = round(args.period * 1e9)
     while not stop.requested:
-        now_ns = cncbf.now_ns()
-        if (newer := states.newest()) is not None:
-            state, received_ns = newer, now_ns
+        newer = states.newest()
         goal = goals.newest() or goal
+        # Only now: a state that came after the clock was read would be from the future.
+        now_ns = cncbf.now_ns()
+        if newer is not None:
+            state, received_ns = newer, now_ns
         if state is None or goal is None or now_ns < due_ns or not is_fresh(state, now_ns):
             wake_up.wait(now_ns + period_ns)
             continue
