@@ -40,7 +40,7 @@ pub(super) fn stamps(seen: &Observations) -> Check {
             |fault| format!("{wrong} of {count} wrong, the first: {fault}"),
         ),
         "copy the robot state's stamp, count sequence from 1, set published_ns by the monotonic clock just before sending, \
-         bridge_published_ns to the state's published_ns, received_ns to when it was taken",
+         bridge_published_ns to the state's published_ns, received_ns to the clock as read after taking it",
     )
 }
 
