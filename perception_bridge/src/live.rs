@@ -18,6 +18,7 @@ mod hand_over;
 mod input;
 mod inputs;
 mod intake;
+mod outbox;
 mod outlet;
 mod painter;
 mod path;
@@ -169,7 +170,7 @@ impl RosSource {
         self.commanded = (now_ns, control);
         self.sink_board.post(self.sink.state());
         if self.commander.as_ref().is_some_and(|commander| !commander.give(control)) {
-            self.counters.count_unsent();
+            self.counters.count_replaced_command();
         }
         let late_ns = now_ns.saturating_sub(self.next_command_ns);
         self.next_command_ns = now_ns + self.period_ns - late_ns % self.period_ns;
@@ -261,7 +262,7 @@ impl Source for RosSource {
             elapsed_ns: self.began_ns.map_or(0, |began_ns| now_ns.saturating_sub(began_ns)),
             total_ns: 0,
             accepted: self.accepted,
-            refused: self.counters.total() + self.sink.refusals(),
+            refused: self.counters.lost_inputs() + self.sink.refusals(),
             min_clearance_m: f64::INFINITY,
             clearance_m: f64::INFINITY,
             path_length_m: self.path_length_m,

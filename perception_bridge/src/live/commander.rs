@@ -1,6 +1,6 @@
-//! Commands on their way out: a thread that publishes what the bridge's loop puts into a queue.
+//! Commands on their way out: a thread that publishes the newest one that the bridge's loop has given.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -9,19 +9,18 @@ use settings::{CommandMessage, Ros2Settings};
 
 use super::error::RosError;
 use super::graph::Graph;
+use super::outbox::Outbox;
 use super::outlet::Outlet;
 use super::timebase::RosTime;
 
-/// Commands that may wait. More would only be older.
-const PLACES: usize = 2;
 /// The robot's own frame, in which velocities are given (REP-105).
 const BASE_FRAME: &str = "base_link";
 /// How long the last command is given to leave before DDS goes.
 const FAREWELL: Duration = Duration::from_millis(20);
 
-/// The bridge's end of the queue. Dropping it publishes a standstill.
+/// The bridge's end. Dropping it publishes a standstill.
 pub(super) struct Commander {
-    commands: Option<SyncSender<[f64; 2]>>,
+    commands: Arc<Outbox<[f64; 2]>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -39,18 +38,18 @@ impl Commander {
             CommandMessage::Twist => Port::Plain(graph.publish(&topic)?),
             CommandMessage::TwistStamped => Port::Stamped(graph.publish(&topic)?, time),
         };
-        let (commands, queue) = sync_channel(PLACES);
-        let span = tracing::Span::current();
+        let commands = Arc::new(Outbox::new());
+        let (given, span) = (Arc::clone(&commands), tracing::Span::current());
         let thread = std::thread::Builder::new()
             .name("cncbf-ros2-out".to_owned())
-            .spawn(move || span.in_scope(|| publish_all(&queue, &port, &topic)))
+            .spawn(move || span.in_scope(|| publish_all(&given, &port, &topic)))
             .map_err(|error| RosError::Thread { cause: error.to_string() })?;
-        Ok(Self { commands: Some(commands), thread: Some(thread) })
+        Ok(Self { commands, thread: Some(thread) })
     }
 
-    /// Puts `[speed m/s, yaw rate rad/s]` on its way. False if there was no place.
+    /// Puts `[speed m/s, yaw rate rad/s]` on its way. False if the one before it had not left: nobody will hear that one.
     pub(super) fn give(&self, control: [f64; 2]) -> bool {
-        self.commands.as_ref().is_some_and(|commands| commands.try_send(control).is_ok())
+        self.thread.as_ref().is_some_and(|thread| self.commands.put(control, thread.thread()))
     }
 
     /// Whether the thread has ended though nobody asked it to.
@@ -61,17 +60,17 @@ impl Commander {
 
 impl Drop for Commander {
     fn drop(&mut self) {
-        self.commands = None;
         if let Some(thread) = self.thread.take() {
+            self.commands.close(thread.thread());
             let _ = thread.join();
         }
     }
 }
 
 /// Publishes until the other end is gone, then a standstill. A change between failing and not is logged.
-fn publish_all(queue: &Receiver<[f64; 2]>, port: &Port, topic: &str) {
+fn publish_all(commands: &Outbox<[f64; 2]>, port: &Port, topic: &str) {
     let mut failing = false;
-    for control in queue {
+    commands.take_each(|control| {
         let failure = port.publish(control).err();
         match (&failure, failing) {
             (Some(cause), false) => tracing::warn!(topic, cause, "commands do not leave"),
@@ -79,7 +78,7 @@ fn publish_all(queue: &Receiver<[f64; 2]>, port: &Port, topic: &str) {
             (Some(_), true) | (None, false) => {}
         }
         failing = failure.is_some();
-    }
+    });
     if let Err(cause) = port.publish([0.0; 2]) {
         tracing::warn!(topic, cause, "the last command, a standstill, did not leave");
     }

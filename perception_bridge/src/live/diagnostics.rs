@@ -28,8 +28,10 @@ pub(super) struct Facts<'a> {
     pub(super) command: Option<&'a SafeCommand>,
     /// What the command sink does; `None` where the robot is left alone.
     pub(super) sink: Option<SinkState>,
-    /// Messages that were refused or lost on the way into the stack or out of it.
+    /// Messages that were refused or lost on the way into the stack.
     pub(super) lost: u64,
+    /// Commands that newer ones replaced before they left.
+    pub(super) replaced: u64,
     /// Every topic of the node.
     pub(super) topics: &'a [Watched],
     /// The topic that drives the robot.
@@ -161,10 +163,17 @@ impl Diagnostics {
 
     fn sink(&mut self, sink: SinkState, facts: &Facts<'_>) -> Said {
         let lost = self.rate("lost".to_owned(), facts.lost);
+        let replaced = self.rate("replaced".to_owned(), facts.replaced);
+        // One now and then is what replacing is for.
+        let sent = self.rates.get(&format!("messages {}", facts.command_topic)).copied().unwrap_or(0.0);
         let said = match sink {
             SinkState::Following if lost > 0.0 => {
                 Said::new(DiagnosticStatus::WARN, "follows the filter; messages are refused or lost")
             }
+            SinkState::Following if replaced > sent => Said::new(
+                DiagnosticStatus::WARN,
+                "follows the filter; most commands are late and replaced by newer ones",
+            ),
             SinkState::Following => Said::new(DiagnosticStatus::OK, "follows the filter"),
             SinkState::Waiting => {
                 Said::new(DiagnosticStatus::WARN, "keeps the robot standing until the filter speaks")
@@ -173,7 +182,7 @@ impl Diagnostics {
                 Said::new(DiagnosticStatus::ERROR, format!("brakes by itself: {reason}"))
             }
         };
-        said.with("refused_or_lost", &facts.lost)
+        said.with("refused_or_lost", &facts.lost).with("replaced_commands", &facts.replaced)
     }
 
     fn input(&mut self, watched: &Watched, facts: &Facts<'_>) -> Said {

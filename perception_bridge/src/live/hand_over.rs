@@ -27,7 +27,7 @@ impl WakerSlot {
 pub(super) struct Counters {
     refused: AtomicU64,
     dropped: AtomicU64,
-    unsent: AtomicU64,
+    replaced: AtomicU64,
 }
 
 impl Counters {
@@ -36,17 +36,19 @@ impl Counters {
         self.refused.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// A command that found no place on its way out.
-    pub(super) fn count_unsent(&self) {
-        self.unsent.fetch_add(1, Ordering::Relaxed);
+    /// A command that a newer one replaced before it had left.
+    pub(super) fn count_replaced_command(&self) {
+        self.replaced.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// All of them.
-    pub(super) fn total(&self) -> u64 {
-        [&self.refused, &self.dropped, &self.unsent]
-            .map(|counter| counter.load(Ordering::Relaxed))
-            .iter()
-            .sum()
+    /// Messages that came and were refused or dropped.
+    pub(super) fn lost_inputs(&self) -> u64 {
+        self.refused.load(Ordering::Relaxed) + self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// Commands that newer ones replaced before they had left.
+    pub(super) fn replaced_commands(&self) -> u64 {
+        self.replaced.load(Ordering::Relaxed)
     }
 }
 
@@ -97,7 +99,7 @@ mod tests {
         for _ in 0..PLACES + 3 {
             hand_over.put(BridgeEvent::RobotState(RobotState::zeroed()));
         }
-        assert_eq!(hand_over.counters().total(), 3);
+        assert_eq!(hand_over.counters().lost_inputs(), 3);
         assert_eq!(events.try_iter().count(), PLACES);
     }
 

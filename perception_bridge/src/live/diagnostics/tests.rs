@@ -41,6 +41,7 @@ fn an_input_is_told_by_its_gravest_fault() {
             command: None,
             sink: None,
             lost: 0,
+            replaced: 0,
             topics: &topics,
             command_topic: "/cmd_vel",
             health: &health,
@@ -80,6 +81,7 @@ fn the_filter_is_told_by_its_rung_and_by_its_silence() {
         command: Some(command),
         sink: Some(SinkState::Braking(Reason::SilentFilter)),
         lost: 0,
+        replaced: 0,
         topics: &[],
         command_topic: "/cmd_vel",
         // Leaked below: a test's few bytes.
@@ -123,6 +125,7 @@ fn a_subscriber_that_expects_stamped_commands_is_named() {
         command: None,
         sink: None,
         lost: 0,
+        replaced: 0,
         topics: &topics,
         command_topic: "/cmd_vel",
         health: &BTreeMap::new(),
@@ -131,6 +134,38 @@ fn a_subscriber_that_expects_stamped_commands_is_named() {
     let (level, message) = said(&mut Diagnostics::new("/robot/filter", "stack7"), &facts, "output /cmd_vel");
     assert_eq!(level, 2);
     assert_eq!(message, "a subscriber expects geometry_msgs/TwistStamped, not nav_msgs/Odometry");
+}
+
+#[test]
+fn commands_that_newer_ones_replace_are_a_warning_once_they_are_most() {
+    let commands = record("/cmd_vel", Direction::Out);
+    let mut diagnostics = Diagnostics::new("/robot/filter", "stack7");
+    let mut look = |seconds: u64, sent: u64, lost: u64, replaced: u64| {
+        (0..sent).for_each(|_| commands.passed(seconds * S));
+        let facts = Facts {
+            now_ns: seconds * S,
+            command: None,
+            sink: Some(SinkState::Following),
+            lost,
+            replaced,
+            topics: &[Watched { record: Arc::clone(&commands), others: Others::default() }],
+            command_topic: "/cmd_vel",
+            health: &BTreeMap::new(),
+            expected: &[],
+        };
+        assert_eq!(
+            value(&mut diagnostics, &facts, "command sink", "replaced_commands"),
+            replaced.to_string()
+        );
+        said(&mut diagnostics, &facts, "command sink")
+    };
+    let fine = (0, "follows the filter".to_owned());
+    assert_eq!(look(1, 90, 0, 10), fine);
+    assert_eq!(look(2, 40, 0, 70), fine, "ten a second beside ninety");
+    let late = "follows the filter; most commands are late and replaced by newer ones";
+    assert_eq!(look(3, 100, 1, 70), (1, late.to_owned()), "sixty beside forty");
+    assert_eq!(look(4, 100, 1, 70), (1, "follows the filter; messages are refused or lost".to_owned()));
+    assert_eq!(look(5, 100, 1, 70), fine);
 }
 
 #[test]
@@ -145,6 +180,7 @@ fn who_commands_past_the_filter_is_an_error() {
         command: None,
         sink: None,
         lost: 0,
+        replaced: 0,
         topics: &topics,
         command_topic: "/cmd_vel",
         health: &BTreeMap::new(),
@@ -168,6 +204,7 @@ fn a_nominal_controller_that_waits_is_told_from_one_that_runs() {
             command: None,
             sink: None,
             lost: 0,
+            replaced: 0,
             topics: &[],
             command_topic: "/cmd_vel",
             health: &BTreeMap::from([(nominal.code(), *report)]),
