@@ -22,7 +22,7 @@ use dynamics::InputBox;
 use crate::BarrierObstacle;
 use manoeuvres::{Manoeuvre, Manoeuvres};
 use people::People;
-use risk::LANES;
+use risk::{LANES, Risk};
 
 /// Going on as decided is preferred to something new by this much, s: without it two ways of equal cost alternate.
 const CONTINUATION_BONUS_S: f32 = 0.05;
@@ -76,7 +76,11 @@ pub struct Anticipation {
     horizon: AnticipationHorizon,
     manoeuvres: Manoeuvres,
     people: People,
+    /// When each manoeuvre would be at the goal, s.
+    times_s: Vec<f32>,
     candidates: Vec<Candidate>,
+    /// The risk of each beginning that manoeuvres share, as far as it was asked for.
+    begun: Vec<Risk>,
     /// The manoeuvre under way and for how long it has been, s.
     under_way: Option<(Manoeuvre, f64)>,
     /// A path that is none of the fixed ones, m.
@@ -120,7 +124,9 @@ impl Anticipation {
         let manoeuvres = Manoeuvres::new(robot, &horizon);
         Self {
             people: People::new(&horizon, manoeuvres.top_speed_mps()),
+            times_s: vec![0.0; manoeuvres.count()],
             candidates: Vec::with_capacity(manoeuvres.count()),
+            begun: vec![Risk::UNKNOWN; manoeuvres.beginnings()],
             manoeuvres,
             horizon,
             under_way: None,
@@ -146,7 +152,7 @@ impl Anticipation {
         let goal = frame.point(goal_in_odom_m);
         self.people.predict(&frame, obstacles, paces_mps);
         self.manoeuvres.toward(x, goal, &mut self.xs, &mut self.ys);
-        let nominal_risk_s = self.people.risk(&self.xs, &self.ys, f32::INFINITY).risk_s;
+        let nominal_risk_s = self.people.risk(&self.xs, &self.ys, Risk::UNKNOWN, f32::INFINITY).risk_s;
         if f64::from(nominal_risk_s) <= self.horizon.negligible_risk_s {
             self.under_way = None;
             return None;
@@ -160,7 +166,7 @@ impl Anticipation {
         if let Some((manoeuvre, begun_s)) = &self.under_way {
             self.manoeuvres.follow(manoeuvre, *begun_s, x, &mut self.xs, &mut self.ys);
             let cost_s = self.manoeuvres.time_to_goal_s(&self.xs, &self.ys, goal)
-                + self.people.risk(&self.xs, &self.ys, f32::INFINITY).risk_s
+                + self.people.risk(&self.xs, &self.ys, Risk::UNKNOWN, f32::INFINITY).risk_s
                 - CONTINUATION_BONUS_S;
             if cost_s < least_s {
                 (least_s, best) = (cost_s, Best::UnderWay);
@@ -168,15 +174,16 @@ impl Anticipation {
         }
         self.manoeuvres.begin(x);
         self.candidates.clear();
-        for index in 0..self.manoeuvres.count() {
-            let (xs, ys) = self.manoeuvres.path(index);
-            let time_s = self.manoeuvres.time_to_goal_s(xs, ys, goal);
+        self.manoeuvres.times_to_goal_s(goal, &mut self.times_s);
+        for (index, &time_s) in self.times_s.iter().enumerate() {
             if time_s < least_s {
                 self.candidates.push(Candidate::new(time_s, index));
             }
         }
-        // The quickest first: once one is slower than the best is costly, so are all after it.
+        // The quickest first: once one is slower than the best is costly, so are all after it. What is known of a beginning then
+        // holds for whoever shares it, since the limit only falls.
         let mut pieces = 0;
+        self.begun.fill(Risk::UNKNOWN);
         self.candidates.sort_unstable();
         for candidate in &self.candidates {
             let (time_s, index) = (candidate.time_s(), candidate.index());
@@ -184,8 +191,13 @@ impl Anticipation {
                 break;
             }
             let (xs, ys) = self.manoeuvres.path(index);
-            let risk = self.people.risk(xs, ys, least_s - time_s);
-            pieces += risk.pieces;
+            let limit_s = least_s - time_s;
+            let (beginning, moments) = self.manoeuvres.beginning(index);
+            let known = self.begun[beginning];
+            let begun = self.people.risk_of_beginning(moments, xs, ys, known, limit_s);
+            let risk = self.people.risk(xs, ys, begun, limit_s);
+            self.begun[beginning] = begun;
+            pieces += risk.pieces - known.pieces;
             if time_s + risk.risk_s < least_s {
                 (least_s, best) = (time_s + risk.risk_s, Best::Fixed(index));
             }
@@ -196,5 +208,128 @@ impl Anticipation {
             Best::Fixed(index) => Some((self.manoeuvres.manoeuvre(index), 0.0)),
         };
         self.under_way.map(|(manoeuvre, begun_s)| self.manoeuvres.control(&manoeuvre, begun_s, x))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)] // helpers of a test may panic
+
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+
+    const GOAL: [f64; 2] = [12.0, 0.0];
+
+    fn searches() -> [Anticipation; 2] {
+        let horizon = AnticipationHorizon {
+            horizon_s: 3.0,
+            moments: 32,
+            clearance_m: 0.5,
+            clearance_growth_mps: 0.15,
+            risk_weight: 20.0,
+            turn_share: 0.05,
+            trust_s: 2.0,
+            negligible_risk_s: 0.02,
+            cruise_speed_mps: 1.0,
+        };
+        let unicycle =
+            AnticipatingRobot::Unicycle { control: InputBox::new([0.25, -0.8], [1.0, 0.8]).unwrap() };
+        let double_integrator = AnticipatingRobot::DoubleIntegrator {
+            control: InputBox::new([-2.0; 2], [2.0; 2]).unwrap(),
+            max_speed_mps: 2.0,
+        };
+        [unicycle, double_integrator].map(|robot| Anticipation::new(robot, horizon))
+    }
+
+    fn crowd(rng: &mut Pcg64) -> Vec<BarrierObstacle> {
+        let mut within = |reach: f64| rng.random_range(-reach..reach);
+        (0..8)
+            .map(|_| {
+                let [x, y, vx, vy] = [within(4.0), within(4.0), within(1.0), within(1.0)];
+                BarrierObstacle { state: [x, y, vx, vy], rate: [vx, vy, 0.0, 0.0], radius_m: 0.7, model: 0 }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_search_finds_what_comparing_all_manoeuvres_finds() {
+        let mut rng = Pcg64::seed_from_u64(7);
+        for mut search in searches() {
+            let mut chosen = 0;
+            for _ in 0..40 {
+                search.under_way = None;
+                let x = [0.0, 0.0, rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)];
+                let people = crowd(&mut rng);
+                let control = search.choose(&x, GOAL, &people, &[1.0; 8], 0.02);
+
+                let frame = search.manoeuvres.frame(&x);
+                let goal = frame.point(GOAL);
+                search.manoeuvres.toward(&x, goal, &mut search.xs, &mut search.ys);
+                let cost_s = |xs: &[f32], ys: &[f32]| {
+                    search.manoeuvres.time_to_goal_s(xs, ys, goal)
+                        + search.people.risk(xs, ys, Risk::UNKNOWN, f32::INFINITY).risk_s
+                };
+                let nominal_s = cost_s(&search.xs, &search.ys);
+                let of_all = (0..search.manoeuvres.count()).map(|index| {
+                    let (xs, ys) = search.manoeuvres.path(index);
+                    (cost_s(xs, ys), index)
+                });
+                let (least_s, index) = of_all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+                if control.is_none() {
+                    let negligible =
+                        search.people.risk(&search.xs, &search.ys, Risk::UNKNOWN, f32::INFINITY).risk_s
+                            <= 0.02;
+                    assert!(negligible || nominal_s <= least_s);
+                    continue;
+                }
+                chosen += 1;
+                let best = search.manoeuvres.manoeuvre(index);
+                assert_eq!(search.under_way.map(|(manoeuvre, _)| manoeuvre), Some(best));
+            }
+            assert!(chosen > 20, "{chosen} of 40");
+        }
+    }
+
+    #[test]
+    fn paths_are_what_following_the_manoeuvre_gives_and_alike_as_long_as_their_beginnings() {
+        let x = [1.0, 2.0, 0.4, -0.3];
+        for mut search in searches() {
+            let manoeuvres = &mut search.manoeuvres;
+            manoeuvres.begin(&x);
+            let mut first_with = vec![None; manoeuvres.beginnings()];
+            for index in 0..manoeuvres.count() {
+                let (xs, ys) = manoeuvres.path(index);
+                manoeuvres.follow(&manoeuvres.manoeuvre(index), 0.0, &x, &mut search.xs, &mut search.ys);
+                assert_eq!((xs, ys), (search.xs.as_slice(), search.ys.as_slice()), "manoeuvre {index}");
+
+                let (beginning, moments) = manoeuvres.beginning(index);
+                let (first_xs, first_ys) = manoeuvres.path(*first_with[beginning].get_or_insert(index));
+                assert_eq!((&xs[..moments], &ys[..moments]), (&first_xs[..moments], &first_ys[..moments]));
+            }
+            assert!(first_with.iter().all(Option::is_some) && first_with.len() < manoeuvres.count() / 2);
+        }
+    }
+
+    #[test]
+    fn times_to_the_goal_are_those_of_the_paths_whether_it_is_near_or_far() {
+        let x = [0.0, 0.0, 0.2, 0.1];
+        for mut search in searches() {
+            search.manoeuvres.begin(&x);
+            for goal in [[12.0, 1.0], [1.2, 0.3]] {
+                search.manoeuvres.times_to_goal_s(goal, &mut search.times_s);
+                for (index, &time_s) in search.times_s.iter().enumerate() {
+                    let (xs, ys) = search.manoeuvres.path(index);
+                    let left_m =
+                        |moment: usize| (goal[0] as f32 - xs[moment]).hypot(goal[1] as f32 - ys[moment]);
+                    let mut expected_s = 3.0 + left_m(31);
+                    for moment in (3..31).step_by(4).filter(|&moment| left_m(moment) < 0.5) {
+                        expected_s = expected_s.min((moment + 1) as f32 * 3.0 / 32.0 + left_m(moment));
+                    }
+                    assert!((time_s - expected_s).abs() < 1e-5, "{goal:?} {index}: {time_s}, {expected_s}");
+                }
+            }
+        }
     }
 }

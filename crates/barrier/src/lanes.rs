@@ -80,6 +80,8 @@ pub(crate) trait RiskLanes: Lanes {
     fn sqrt(self) -> Self;
     /// Returns the sum of all lanes, halves onto each other: the same bits on any form.
     fn sum(self) -> f32;
+    /// Whether any lane of `self` is less than that of `other`.
+    fn any_less(self, other: Self) -> bool;
 }
 
 /// Plain Rust; the compiler vectorises it for whatever the target offers.
@@ -184,5 +186,11 @@ impl RiskLanes for PortableLanes {
         let [a, b, c, d, e, f, g, h] = self.0;
         let four = [a + e, b + f, c + g, d + h];
         (four[0] + four[2]) + (four[1] + four[3])
+    }
+
+    #[inline(always)]
+    fn any_less(self, other: Self) -> bool {
+        // Every lane is compared, so that no jump is taken within a group.
+        (0..8).filter(|&lane| self.0[lane] < other.0[lane]).count() > 0
     }
 }

@@ -10,11 +10,11 @@
 #![allow(clippy::inline_always)]
 
 use std::arch::x86_64::{
-    __m256, _mm_add_ps, _mm_add_ss, _mm_cvtss_f32, _mm_movehl_ps, _mm_shuffle_ps, _mm256_add_epi32,
-    _mm256_add_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castps256_ps128, _mm256_castsi256_ps,
-    _mm256_div_ps, _mm256_extractf128_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_max_ps, _mm256_mul_ps,
-    _mm256_or_ps, _mm256_set1_ps, _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_store_ps, _mm256_sub_ps,
-    _mm256_xor_ps,
+    __m256, _CMP_LT_OQ, _mm_add_ps, _mm_add_ss, _mm_cvtss_f32, _mm_movehl_ps, _mm_shuffle_ps,
+    _mm256_add_epi32, _mm256_add_ps, _mm256_blendv_ps, _mm256_castps_si256, _mm256_castps256_ps128,
+    _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_div_ps, _mm256_extractf128_ps, _mm256_fmadd_ps,
+    _mm256_load_ps, _mm256_max_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps,
+    _mm256_slli_epi32, _mm256_sqrt_ps, _mm256_store_ps, _mm256_sub_ps, _mm256_xor_ps,
 };
 
 use crate::anticipation::risk::{Path, Pieces, Risk};
@@ -39,8 +39,8 @@ pub(crate) unsafe fn residuals(arguments: PassArguments<'_, Group8>) {
 /// # Safety
 /// The processor must support AVX2 and FMA; [`crate::Kernel::is_supported`] tells.
 #[target_feature(enable = "avx2,fma")]
-pub(crate) unsafe fn risk(pieces: &Pieces<'_>, path: Path<'_>, limit_s: f32) -> Risk {
-    pieces.risk::<Avx2Lanes>(path, limit_s)
+pub(crate) unsafe fn risk(pieces: &Pieces<'_>, path: Path<'_>, known: Risk, limit_s: f32) -> Risk {
+    pieces.risk::<Avx2Lanes>(path, known, limit_s)
 }
 
 impl Lanes for Avx2Lanes {
@@ -149,5 +149,11 @@ impl RiskLanes for Avx2Lanes {
             let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
             _mm_cvtss_f32(_mm_add_ss(two, _mm_shuffle_ps::<1>(two, two)))
         }
+    }
+
+    #[inline(always)]
+    fn any_less(self, other: Self) -> bool {
+        // SAFETY: as in `splat`.
+        unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) != 0 }
     }
 }

@@ -18,8 +18,13 @@ const UNICYCLE_SECOND: [usize; 2] = [3, 5];
 const AXIS_FIRST: usize = 7;
 const AXIS_SECOND: usize = 5;
 
+/// Profiles of a double integrator are computed this many at once.
+const TOGETHER: usize = 8;
+
 /// Closer than this to the goal a path has reached it, m.
 const REACHED_M: f64 = 0.5;
+/// No coordinate of a path that has reached it is off by more, m: rounding included.
+const NEAR_M: f32 = 1.001 * REACHED_M as f32;
 /// Every so many moments a path is asked whether it has.
 const REACHED_EVERY: usize = 4;
 /// Heading is brought to the goal's bearing within 1/this, s; velocity likewise.
@@ -40,6 +45,13 @@ impl Manoeuvre {
     }
 }
 
+/// What the paths of some manoeuvres have in common.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Beginning {
+    first: [f64; 2],
+    moments: usize,
+}
+
 /// A manoeuvre along one axis: to the first speed until `switch_s`, then to the second.
 #[derive(Debug, Clone, Copy)]
 struct Profile {
@@ -57,11 +69,18 @@ pub(super) struct Manoeuvres {
     manoeuvres: Vec<Manoeuvre>,
     /// Which row of `xs` and of `ys` a manoeuvre takes.
     rows: Vec<[usize; 2]>,
+    /// Where manoeuvres end, m.
+    ends: Vec<[f32; 2]>,
+    /// Which of the beginnings a manoeuvre has.
+    beginning_of: Vec<usize>,
+    beginnings: Vec<Beginning>,
     /// What a double integrator does along an axis, a row each; two of them make a manoeuvre.
     profiles: Vec<Profile>,
     /// Coordinates at each moment, row after row, m.
     xs: Vec<f32>,
     ys: Vec<f32>,
+    /// Which rows of `xs` and of `ys` come near that coordinate of the goal.
+    near: [Vec<bool>; 2],
 }
 
 impl Manoeuvres {
@@ -73,9 +92,13 @@ impl Manoeuvres {
             cruise_speed_mps: horizon.cruise_speed_mps,
             manoeuvres: Vec::new(),
             rows: Vec::new(),
+            ends: Vec::new(),
+            beginning_of: Vec::new(),
+            beginnings: Vec::new(),
             profiles: Vec::new(),
             xs: Vec::new(),
             ys: Vec::new(),
+            near: [Vec::new(), Vec::new()],
         };
         match robot {
             AnticipatingRobot::Unicycle { control } => all.list_unicycle(&control, horizon.horizon_s),
@@ -83,7 +106,24 @@ impl Manoeuvres {
                 all.list_double_integrator(max_speed_mps, horizon.horizon_s);
             }
         }
+        all.ends = vec![[0.0; 2]; all.count()];
+        let rows = all.xs.len() / all.moments;
+        all.near = [vec![false; rows], vec![false; rows]];
+        all.find_ends();
         all
+    }
+
+    fn list(&mut self, manoeuvre: Manoeuvre, rows: [usize; 2]) {
+        let first_part = |moment: &usize| *moment as f64 * self.step_s < manoeuvre.switch_s;
+        let moments = (0..self.moments).take_while(first_part).count();
+        let beginning = Beginning { first: manoeuvre.first, moments };
+        let listed = self.beginnings.iter().position(|known| *known == beginning);
+        self.beginning_of.push(listed.unwrap_or(self.beginnings.len()));
+        if listed.is_none() {
+            self.beginnings.push(beginning);
+        }
+        self.manoeuvres.push(manoeuvre);
+        self.rows.push(rows);
     }
 
     fn list_unicycle(&mut self, control: &InputBox<2>, horizon_s: f64) {
@@ -96,8 +136,7 @@ impl Manoeuvres {
                     self.follow(&manoeuvre, 0.0, &[0.0; 4], &mut xs, &mut ys);
                     self.xs.append(&mut xs);
                     self.ys.append(&mut ys);
-                    self.manoeuvres.push(manoeuvre);
-                    self.rows.push([index; 2]);
+                    self.list(manoeuvre, [index; 2]);
                 }
             }
         }
@@ -116,8 +155,7 @@ impl Manoeuvres {
                 for y in begin..end {
                     let [first, second] =
                         [0, 1].map(|part| [x, y].map(|row| self.profiles[row].aims_mps[part]));
-                    self.manoeuvres.push(Manoeuvre { first, switch_s, second });
-                    self.rows.push([x, y]);
+                    self.list(Manoeuvre { first, switch_s, second }, [x, y]);
                 }
             }
         }
@@ -160,10 +198,34 @@ impl Manoeuvres {
         };
         for (axis, table) in [&mut self.xs, &mut self.ys].into_iter().enumerate() {
             let limits = [control.min[axis], control.max[axis]];
-            for (profile, ways) in self.profiles.iter().zip(table.chunks_exact_mut(self.moments)) {
-                accelerate(profile, x[axis + 2], limits, self.step_s, ways);
+            let (groups, rest) = self.profiles.as_chunks::<TOGETHER>();
+            let (tables, rest_tables) = table.split_at_mut(groups.len() * TOGETHER * self.moments);
+            for (group, ways) in groups.iter().zip(tables.chunks_exact_mut(TOGETHER * self.moments)) {
+                accelerate(group, x[axis + 2], limits, self.step_s, ways);
+            }
+            for (profile, ways) in rest.iter().zip(rest_tables.chunks_exact_mut(self.moments)) {
+                accelerate(&[*profile], x[axis + 2], limits, self.step_s, ways);
             }
         }
+        self.find_ends();
+    }
+
+    fn find_ends(&mut self) {
+        for ([end_x, end_y], &[x, y]) in self.ends.iter_mut().zip(&self.rows) {
+            let last_of = |row: usize| (row + 1) * self.moments - 1;
+            (*end_x, *end_y) = (self.xs[last_of(x)], self.ys[last_of(y)]);
+        }
+    }
+
+    /// How many beginnings there are that manoeuvres share.
+    pub(super) fn beginnings(&self) -> usize {
+        self.beginnings.len()
+    }
+
+    /// Which beginning a manoeuvre has, and for how many moments its path is the same as that of all others that have it.
+    pub(super) fn beginning(&self, index: usize) -> (usize, usize) {
+        let beginning = self.beginning_of[index];
+        (beginning, self.beginnings[beginning].moments)
     }
 
     /// The path of a manoeuvre, m.
@@ -193,7 +255,13 @@ impl Manoeuvres {
                 for (axis, ways) in [xs, ys].into_iter().enumerate() {
                     let aims_mps = [manoeuvre.first[axis], manoeuvre.second[axis]];
                     let left = Profile { aims_mps, switch_s: manoeuvre.switch_s - begun_s };
-                    accelerate(&left, x[axis + 2], [control.min[axis], control.max[axis]], self.step_s, ways);
+                    accelerate(
+                        &[left],
+                        x[axis + 2],
+                        [control.min[axis], control.max[axis]],
+                        self.step_s,
+                        ways,
+                    );
                 }
             }
         }
@@ -235,26 +303,57 @@ impl Manoeuvres {
 
     /// When a path is at `goal` (m, same axes), the rest of the way at cruising speed, s.
     pub(super) fn time_to_goal_s(&self, xs: &[f32], ys: &[f32], goal: [f64; 2]) -> f32 {
-        let [goal_x, goal_y] = goal.map(|coordinate| coordinate as f32);
-        let left_m = |moment: usize| {
-            let (dx, dy) = (goal_x - xs[moment], goal_y - ys[moment]);
-            (dx * dx + dy * dy).sqrt()
-        };
-        let cost_s = |moment: usize, left_m: f32| {
-            (moment + 1) as f32 * self.step_s as f32 + left_m / self.cruise_speed_mps as f32
-        };
+        let arrival = self.arrival(goal);
         let last = self.moments - 1;
-        let least_s = cost_s(last, left_m(last));
-        let horizon_m = self.top_speed_mps() * self.step_s * self.moments as f64 + REACHED_M;
-        if goal[0] * goal[0] + goal[1] * goal[1] > horizon_m * horizon_m {
+        let least_s = arrival.time_s(last, xs[last], ys[last]);
+        if !self.could_reach(goal) {
             return least_s;
         }
         (REACHED_EVERY - 1..last)
             .step_by(REACHED_EVERY)
-            .map(|moment| (moment, left_m(moment)))
-            .filter(|&(_, left_m)| left_m < REACHED_M as f32)
-            .map(|(moment, left_m)| cost_s(moment, left_m))
+            .filter(|&moment| arrival.left_m(xs[moment], ys[moment]) < REACHED_M as f32)
+            .map(|moment| arrival.time_s(moment, xs[moment], ys[moment]))
             .fold(least_s, f32::min)
+    }
+
+    /// [`Self::time_to_goal_s`] of every manoeuvre, in their order.
+    pub(super) fn times_to_goal_s(&mut self, goal: [f64; 2], times_s: &mut [f32]) {
+        let (arrival, last) = (self.arrival(goal), self.moments - 1);
+        for (time_s, &[x, y]) in times_s.iter_mut().zip(&self.ends) {
+            *time_s = arrival.time_s(last, x, y);
+        }
+        if !self.could_reach(goal) {
+            return;
+        }
+        // Only a path that comes near along both axes is worth a look at every moment.
+        for (near, (table, goal)) in
+            self.near.iter_mut().zip([&self.xs, &self.ys].into_iter().zip(arrival.goal))
+        {
+            for (near, ways) in near.iter_mut().zip(table.chunks_exact(self.moments)) {
+                let asked = ways.iter().skip(REACHED_EVERY - 1).step_by(REACHED_EVERY);
+                *near = asked.filter(|&way| (goal - way).abs() < NEAR_M).count() > 0;
+            }
+        }
+        for (index, &[x, y]) in self.rows.iter().enumerate() {
+            if self.near[0][x] && self.near[1][y] {
+                let (xs, ys) = self.path(index);
+                times_s[index] = self.time_to_goal_s(xs, ys, goal);
+            }
+        }
+    }
+
+    /// Whether `goal` is so near that the robot could be there within the horizon.
+    fn could_reach(&self, goal: [f64; 2]) -> bool {
+        let horizon_m = self.top_speed_mps() * self.step_s * self.moments as f64 + REACHED_M;
+        goal[0] * goal[0] + goal[1] * goal[1] <= horizon_m * horizon_m
+    }
+
+    fn arrival(&self, goal: [f64; 2]) -> Arrival {
+        Arrival {
+            goal: goal.map(|coordinate| coordinate as f32),
+            step_s: self.step_s as f32,
+            cruise_speed_mps: self.cruise_speed_mps as f32,
+        }
     }
 
     /// The control of `manoeuvre` after `begun_s`, at `x`.
@@ -266,6 +365,25 @@ impl Manoeuvres {
                 ((aim[axis] - x[axis + 2]) / self.step_s).clamp(control.min[axis], control.max[axis])
             }),
         }
+    }
+}
+
+/// When the goal is reached from somewhere.
+struct Arrival {
+    goal: [f32; 2],
+    step_s: f32,
+    cruise_speed_mps: f32,
+}
+
+impl Arrival {
+    fn left_m(&self, x: f32, y: f32) -> f32 {
+        let (dx, dy) = (self.goal[0] - x, self.goal[1] - y);
+        (dx * dx + dy * dy).sqrt()
+    }
+
+    /// For a robot that is at `(x, y)` at this moment and cruises from there.
+    fn time_s(&self, moment: usize, x: f32, y: f32) -> f32 {
+        (moment + 1) as f32 * self.step_s + self.left_m(x, y) / self.cruise_speed_mps
     }
 }
 
@@ -287,15 +405,30 @@ impl Drive {
     }
 }
 
-/// The way along an axis from the speed `v` within `limits` of the acceleration.
-fn accelerate(profile: &Profile, v: f64, limits: [f64; 2], step_s: f64, ways: &mut [f32]) {
-    let (mut way_m, mut speed_mps) = (0.0, v);
-    for (moment, slot) in ways.iter_mut().enumerate() {
-        let aim = profile.aims_mps[usize::from(moment as f64 * step_s >= profile.switch_s)];
-        let a = ((aim - speed_mps) / step_s).clamp(limits[0], limits[1]);
-        way_m += speed_mps * step_s + 0.5 * a * step_s * step_s;
-        speed_mps += a * step_s;
-        *slot = way_m as f32;
+/// The ways of `N` profiles along an axis, one after the other in `ways`, from the speed `v` within `limits` of the acceleration.
+fn accelerate<const N: usize>(
+    profiles: &[Profile; N],
+    v: f64,
+    limits: [f64; 2],
+    step_s: f64,
+    ways: &mut [f32],
+) {
+    // One array for each field, so that the compiler computes profiles side by side.
+    let [first_mps, second_mps] = [0, 1].map(|part| profiles.map(|profile| profile.aims_mps[part]));
+    let switch_s = profiles.map(|profile| profile.switch_s);
+    let (mut way_m, mut speed_mps) = ([0.0; N], [v; N]);
+    let moments = ways.len() / N;
+    for moment in 0..moments {
+        let t_s = moment as f64 * step_s;
+        for k in 0..N {
+            let aim_mps = if t_s < switch_s[k] { first_mps[k] } else { second_mps[k] };
+            let a = ((aim_mps - speed_mps[k]) / step_s).clamp(limits[0], limits[1]);
+            way_m[k] += speed_mps[k] * step_s + 0.5 * a * step_s * step_s;
+            speed_mps[k] += a * step_s;
+        }
+        for k in 0..N {
+            ways[k * moments + moment] = way_m[k] as f32;
+        }
     }
 }
 

@@ -34,6 +34,8 @@ impl Frame {
 
 /// Below this speed nobody's direction is known, m/s.
 const STANDING_MPS: f64 = 0.05;
+/// What `(radius + ℓ)²` is made larger by, so that rounding takes nobody for far who is not.
+const NEAR_MARGIN: f64 = 1.0 + 1e-4;
 /// `τₚ`, s: walkers reach their pace in about a step.
 const PACE_TIME_S: f64 = 0.3;
 
@@ -49,6 +51,8 @@ pub(super) struct People {
     turn_share: f64,
     stretches: Vec<Stretch>,
     pieces: Vec<Piece>,
+    /// How many pieces there are up to the end of each stretch.
+    pieces_until: Vec<usize>,
     /// What computes the risk; the bits are the same on all.
     kernel: Kernel,
 }
@@ -72,6 +76,7 @@ impl People {
             catching_up_s: times_s.map(|t_s| PACE_TIME_S * (1.0 - libm::exp(-t_s / PACE_TIME_S))).collect(),
             turn_share: horizon.turn_share,
             pieces: Vec::with_capacity(2 * horizon.moments / LANES * MAX_OBSTACLES),
+            pieces_until: Vec::with_capacity(horizon.moments / LANES),
             kernel: Kernel::detect(),
         }
     }
@@ -80,6 +85,7 @@ impl People {
     /// first.
     pub(super) fn predict(&mut self, frame: &Frame, obstacles: &[BarrierObstacle], paces_mps: &[f64]) {
         self.pieces.clear();
+        self.pieces_until.clear();
         let turn_share = self.turn_share / obstacles.len().max(1) as f64;
         for stretch in 0..self.stretches.len() {
             for (obstacle, &pace_mps) in obstacles.iter().zip(paces_mps).take(MAX_OBSTACLES) {
@@ -102,33 +108,104 @@ impl People {
                     });
                 }
             }
+            self.pieces_until.push(self.pieces.len());
         }
     }
 
     /// Adds a person who will be `at(t, τₚ (1 − e^(−t/τₚ)))`, unless the robot cannot come near in these moments.
     fn add(&mut self, stretch: usize, radius_m: f64, share: f64, at: impl Fn(f64, f64) -> [f64; 2]) {
         let (mut x, mut y, mut within_reach) = (Group8::ZERO, Group8::ZERO, false);
+        let mut within_m2 = Group8::ZERO;
         for lane in 0..LANES {
             let moment = stretch * LANES + lane;
             let t_s = self.step_s * (moment + 1) as f64;
             let [at_x, at_y] = at(t_s, self.catching_up_s[moment]);
-            let reach_m = self.top_speed_mps * t_s + radius_m + self.clearance_m[moment];
+            let near_m = radius_m + self.clearance_m[moment];
+            within_m2.0[lane] = (NEAR_MARGIN * near_m * near_m) as f32;
+            let reach_m = self.top_speed_mps * t_s + near_m;
             within_reach |= at_x * at_x + at_y * at_y < reach_m * reach_m;
             (x.0[lane], y.0[lane]) = (at_x as f32, at_y as f32);
         }
         if within_reach {
             let (radius_m, share) = (radius_m as f32, share as f32);
-            self.pieces.push(Piece { stretch, x, y, radius_m, share });
+            self.pieces.push(Piece { stretch, x, y, radius_m, within_m2, share });
         }
     }
 
-    /// The risk of a path, m. The search stops where it exceeds `limit_s`.
-    pub(super) fn risk(&self, xs: &[f32], ys: &[f32], limit_s: f32) -> Risk {
-        let pieces = Pieces { stretches: &self.stretches, pieces: &self.pieces };
-        pieces.risk_on(self.kernel, [xs, ys].map(|way| way.as_chunks().0), limit_s)
+    /// The risk of a path of which a part is `known`. The search stops where it exceeds `limit_s`.
+    pub(super) fn risk(&self, xs: &[f32], ys: &[f32], known: Risk, limit_s: f32) -> Risk {
+        self.risk_of(&self.pieces, xs, ys, known, limit_s)
+    }
+
+    /// The same over what whole stretches there are in the first `moments` of the path.
+    pub(super) fn risk_of_beginning(
+        &self,
+        moments: usize,
+        xs: &[f32],
+        ys: &[f32],
+        known: Risk,
+        limit_s: f32,
+    ) -> Risk {
+        let pieces = match moments / LANES {
+            0 => 0,
+            stretches => self.pieces_until[stretches - 1],
+        };
+        self.risk_of(&self.pieces[..pieces], xs, ys, known, limit_s)
+    }
+
+    fn risk_of(&self, pieces: &[Piece], xs: &[f32], ys: &[f32], known: Risk, limit_s: f32) -> Risk {
+        let pieces = Pieces { stretches: &self.stretches, pieces };
+        pieces.risk_on(self.kernel, [xs, ys].map(|way| way.as_chunks().0), known, limit_s)
     }
 }
 
 fn length([x, y]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Somebody who stands, at distances from contact to far away: nobody is taken for far who is near in some moment.
+    #[test]
+    fn the_risk_of_passing_somebody_is_the_formulas_at_every_distance() {
+        let horizon = AnticipationHorizon {
+            horizon_s: 3.0,
+            moments: 32,
+            clearance_m: 0.5,
+            clearance_growth_mps: 0.15,
+            risk_weight: 20.0,
+            turn_share: 0.0,
+            trust_s: 2.0,
+            negligible_risk_s: 0.0,
+            cruise_speed_mps: 1.0,
+        };
+        let frame = Frame { origin_m: [0.0; 2], cos_sin: [1.0, 0.0] };
+        let step_s = 3.0 / 32.0;
+        let xs: Vec<f32> = (1..=32).map(|moment| (step_s * f64::from(moment)) as f32).collect();
+        let mut people = People::new(&horizon, 1.0);
+        let (mut free, mut near) = (0, 0);
+        for centimetres in 0..250 {
+            let place = [1.7, f64::from(centimetres) * 0.01, 0.0, 0.0];
+            let obstacle = BarrierObstacle { state: place, rate: [0.0; 4], radius_m: 0.7, model: 0 };
+            people.predict(&frame, &[obstacle], &[0.0]);
+            let found_s = f64::from(people.risk(&xs, &[0.0; 32], Risk::UNKNOWN, f32::INFINITY).risk_s);
+            let expected_s: f64 = (1..=32)
+                .map(|moment| {
+                    let t_s = step_s * f64::from(moment);
+                    let distance_m = (t_s - place[0]).hypot(place[1]) - 0.7;
+                    let lack = (1.0 - distance_m / (0.5 + 0.15 * t_s)).max(0.0);
+                    20.0 * step_s * (-t_s / 2.0).exp() * lack.powi(4)
+                })
+                .sum();
+            assert!((found_s - expected_s).abs() <= 1e-5 * expected_s + 1e-12, "{place:?}: {found_s}");
+            if expected_s > 0.0 {
+                near += 1;
+            } else {
+                free += 1;
+            }
+        }
+        assert!(near > 100 && free > 50, "{near} near, {free} free");
+    }
 }

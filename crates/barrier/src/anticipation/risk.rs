@@ -30,6 +30,8 @@ pub(super) struct Piece {
     pub(super) y: Group8,
     /// Distance of contact, m.
     pub(super) radius_m: f32,
+    /// `(radius + ℓ(t))²` and a little more: nobody is a risk at a larger squared distance, m².
+    pub(super) within_m2: Group8,
     /// Weight of this prediction, 1 for going on.
     pub(super) share: f32,
 }
@@ -37,13 +39,18 @@ pub(super) struct Piece {
 /// `[x, y]` of a path at each moment, eight by eight, m.
 pub(crate) type Path<'a> = [&'a [[f32; LANES]]; 2];
 
-/// What a path is worth.
+/// What a path is worth, as far as it was looked at.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Risk {
     /// `k Σᵢ ∫ e^(−t/τ) [ρ(cᵢ) + q/M ρ(c̃ᵢ)] dt`, s; anything above the limit where it exceeds that.
     pub(crate) risk_s: f32,
-    /// How many pieces were looked at.
+    /// How many pieces are in it.
     pub(crate) pieces: usize,
+}
+
+impl Risk {
+    /// Nothing was looked at.
+    pub(super) const UNKNOWN: Self = Self { risk_s: 0.0, pieces: 0 };
 }
 
 /// Everybody's predictions.
@@ -54,42 +61,61 @@ pub(crate) struct Pieces<'a> {
 }
 
 impl Pieces<'_> {
-    /// The risk of a path on what is widest here. Stops where it exceeds `limit_s`.
+    /// The risk of a path of which a part is `known`, on what is widest here. Stops where it exceeds `limit_s`.
     #[allow(unsafe_code)] // the call into code compiled for another instruction set
-    pub(super) fn risk_on(&self, kernel: Kernel, path: Path<'_>, limit_s: f32) -> Risk {
+    pub(super) fn risk_on(&self, kernel: Kernel, path: Path<'_>, known: Risk, limit_s: f32) -> Risk {
         match kernel {
-            Kernel::Portable => self.risk::<PortableLanes>(path, limit_s),
+            Kernel::Portable => self.risk::<PortableLanes>(path, known, limit_s),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `People::new` takes the kernel from `Kernel::detect`; AVX-512 includes AVX2 and FMA.
-            Kernel::Avx2Fma | Kernel::Avx512 => unsafe { crate::lanes_avx2::risk(self, path, limit_s) },
+            Kernel::Avx2Fma | Kernel::Avx512 => unsafe {
+                crate::lanes_avx2::risk(self, path, known, limit_s)
+            },
             #[cfg(not(target_arch = "x86_64"))]
-            Kernel::Avx2Fma | Kernel::Avx512 => self.risk::<PortableLanes>(path, limit_s),
+            Kernel::Avx2Fma | Kernel::Avx512 => self.risk::<PortableLanes>(path, known, limit_s),
         }
     }
 
     #[inline(always)]
-    pub(crate) fn risk<L: RiskLanes<Group = Group8>>(&self, path: Path<'_>, limit_s: f32) -> Risk {
-        let mut risk_s = 0.0;
-        for (looked_at, piece) in self.pieces.iter().enumerate() {
-            risk_s += piece.share * self.of_piece_s::<L>(piece, path);
+    pub(crate) fn risk<L: RiskLanes<Group = Group8>>(
+        &self,
+        path: Path<'_>,
+        known: Risk,
+        limit_s: f32,
+    ) -> Risk {
+        let Risk { mut risk_s, mut pieces } = known;
+        if risk_s > limit_s {
+            return known;
+        }
+        for piece in &self.pieces[pieces..] {
+            pieces += 1;
+            // Most are far away.
+            let Some(of_piece_s) = self.of_piece_s::<L>(piece, path) else {
+                continue;
+            };
+            risk_s += piece.share * of_piece_s;
             if risk_s > limit_s {
-                return Risk { risk_s, pieces: looked_at + 1 };
+                break;
             }
         }
-        Risk { risk_s, pieces: self.pieces.len() }
+        Risk { risk_s, pieces }
     }
 
-    /// `Σ k e^(−t/τ) ρ(c(t)) dt` over eight moments, s.
+    /// `Σ k e^(−t/τ) ρ(c(t)) dt` over eight moments, s; `None` where nobody is near in any of them.
     #[inline(always)]
-    fn of_piece_s<L: RiskLanes<Group = Group8>>(&self, piece: &Piece, [xs, ys]: Path<'_>) -> f32 {
-        let stretch = &self.stretches[piece.stretch];
+    fn of_piece_s<L: RiskLanes<Group = Group8>>(&self, piece: &Piece, [xs, ys]: Path<'_>) -> Option<f32> {
         let dx = L::load(&Group8(xs[piece.stretch])).sub(L::load(&piece.x));
         let dy = L::load(&Group8(ys[piece.stretch])).sub(L::load(&piece.y));
-        let distance_m = dx.mul(dx).add(dy.mul(dy)).sqrt().sub(L::splat(piece.radius_m));
+        let squared_m2 = dx.mul(dx).add(dy.mul(dy));
+        if !squared_m2.any_less(L::load(&piece.within_m2)) {
+            return None;
+        }
+        let stretch = &self.stretches[piece.stretch];
+        let distance_m = squared_m2.sqrt().sub(L::splat(piece.radius_m));
         let lack = L::splat(1.0).sub(distance_m.mul(L::load(&stretch.per_clearance)));
         let lack = lack.max(L::splat(0.0));
         let squared = lack.mul(lack);
-        L::load(&stretch.weight_s).mul(squared).mul(squared).sum()
+        Some(L::load(&stretch.weight_s).mul(squared).mul(squared).sum())
     }
 }
 
@@ -118,6 +144,7 @@ mod tests {
             x: group(|_| 1.0 + 0.3 * k as f32),
             y: group(|lane| 1.5 - 0.1 * (at * LANES + lane) as f32),
             radius_m: 0.7,
+            within_m2: group(|lane| 1.0001 * (0.7 + 1.0 / stretches()[at].per_clearance.0[lane]).powi(2)),
             share: if k == 0 { 1.0 } else { 0.25 },
         };
         (0..4).flat_map(|at| (0..5).map(move |k| person(at, k))).collect()
@@ -131,7 +158,7 @@ mod tests {
 
     fn risk_on(kernel: Kernel, limit_s: f32) -> Risk {
         let (stretches, pieces, [xs, ys]) = (stretches(), pieces(), path());
-        Pieces { stretches: &stretches, pieces: &pieces }.risk_on(kernel, [&xs, &ys], limit_s)
+        Pieces { stretches: &stretches, pieces: &pieces }.risk_on(kernel, [&xs, &ys], Risk::UNKNOWN, limit_s)
     }
 
     #[test]
