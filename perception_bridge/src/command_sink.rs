@@ -36,6 +36,7 @@ pub struct CommandSink {
     obeys: Obedience,
     silence_ns: u64,
     deceleration_mps2: f64,
+    /// When the inputs of the newest usable command were judged, stack clock, ns, and its control.
     newest: Option<(u64, [f64; 2])>,
     /// Why the newest message could not be used, if it could not.
     refused: Option<Reason>,
@@ -69,8 +70,9 @@ impl CommandSink {
         }
     }
 
-    /// Takes a command that arrived at `now_ns`. Its age counts from its making, not from its arrival: what waited in a
-    /// queue while this process slept is old. One that is not finite or for another robot is refused and counted; the robot
+    /// Takes a command that arrived at `now_ns`. Its age counts from when the filter's cycle began, the moment at which its
+    /// inputs were judged: what waited in a queue while this process slept is old, and so is what a filter held up in the
+    /// middle of its cycle made of inputs that have aged since. One that is not finite or for another robot is refused and counted; the robot
     /// then brakes until a good one comes.
     pub fn take(&mut self, command: &SafeCommand, now_ns: u64) {
         let finite = command.control.iter().all(|value| value.is_finite());
@@ -81,10 +83,10 @@ impl CommandSink {
         };
         match self.refused {
             None => {
-                let made_ns = command.ledger.filter_published_ns.min(now_ns);
+                let judged_ns = command.ledger.filter_woke_ns.min(now_ns);
                 self.newest = match self.obeys {
-                    Obedience::Filter => Some((made_ns, command.control)),
-                    Obedience::Nominal => self.nominal(command).map(|control| (made_ns, control)),
+                    Obedience::Filter => Some((judged_ns, command.control)),
+                    Obedience::Nominal => self.nominal(command).map(|control| (judged_ns, control)),
                 };
             }
             Some(_) => self.refusals += 1,
@@ -111,7 +113,7 @@ impl CommandSink {
         self.state = match (self.newest, self.refused) {
             (_, Some(reason)) => SinkState::Braking(reason),
             (None, None) => SinkState::Waiting,
-            (Some((made_ns, _)), None) if now_ns.saturating_sub(made_ns) > self.silence_ns => {
+            (Some((judged_ns, _)), None) if now_ns.saturating_sub(judged_ns) > self.silence_ns => {
                 SinkState::Braking(Reason::SilentFilter)
             }
             (Some(_), None) => SinkState::Following,
@@ -195,10 +197,12 @@ mod tests {
         CommandSink::new(&Settings::parse(text, "x".as_ref(), ".".as_ref()).expect("shipped settings"))
     }
 
-    fn command(control: [f64; 2], made_ns: u64) -> SafeCommand {
+    /// Of a cycle that began at `began_ns` and was over at once.
+    fn command(control: [f64; 2], began_ns: u64) -> SafeCommand {
         let mut command =
             SafeCommand { control, control_kind: ControlKind::Unicycle.code(), ..SafeCommand::zeroed() };
-        command.ledger.filter_published_ns = made_ns;
+        command.ledger.filter_woke_ns = began_ns;
+        command.ledger.filter_published_ns = began_ns;
         command
     }
 
@@ -206,6 +210,16 @@ mod tests {
     fn a_command_that_waited_in_a_queue_is_as_old_as_it_is() {
         let mut sink = sink();
         sink.take(&command([0.7, 0.2], 100 * MS), 130 * MS);
+        assert!(sink.control(131 * MS, 10 * MS, [0.7, 0.0])[0] < 0.7);
+        assert_eq!(sink.state(), SinkState::Braking(Reason::SilentFilter));
+    }
+
+    #[test]
+    fn a_command_is_as_old_as_what_it_rests_on_where_the_filter_was_held_up_in_its_cycle() {
+        let mut sink = sink();
+        let mut held_up = command([0.7, 0.2], 100 * MS);
+        held_up.ledger.filter_published_ns = 130 * MS;
+        sink.take(&held_up, 130 * MS);
         assert!(sink.control(131 * MS, 10 * MS, [0.7, 0.0])[0] < 0.7);
         assert_eq!(sink.state(), SinkState::Braking(Reason::SilentFilter));
     }
@@ -244,11 +258,11 @@ mod tests {
         let text = include_str!("../../config/ground_robot.toml");
         let settings = Settings::parse(text, "x".as_ref(), ".".as_ref()).expect("shipped settings");
         let mut sink = CommandSink::obeying(&settings, Obedience::Nominal);
-        let told = |status: SafetyStatus, reason: Reason, nominal: [f64; 2], made_ns: u64| SafeCommand {
+        let told = |status: SafetyStatus, reason: Reason, nominal: [f64; 2], began_ns: u64| SafeCommand {
             status: status.code(),
             reason: reason.code(),
             nominal,
-            ..command([0.25, 0.8], made_ns)
+            ..command([0.25, 0.8], began_ns)
         };
         sink.take(&told(SafetyStatus::Filtered, Reason::None, [1.0, 0.1], MS), MS);
         assert_eq!(sink.control(2 * MS, 10 * MS, [1.0, 0.0]), [1.0, 0.1]);

@@ -322,7 +322,7 @@ mod tests {
                 control_kind: ControlKind::Unicycle.code(),
                 ..SafeCommand::zeroed()
             };
-            command.ledger.filter_published_ns = due_ns;
+            command.ledger.filter_woke_ns = due_ns;
             source.command(&command, due_ns);
             source.poll(due_ns);
             assert_eq!(source.sink_state(), (!shadow).then_some(SinkState::Following));

@@ -119,7 +119,7 @@ fn only_a_robot_that_takes_commands_has_a_sink() {
     let command = bytemuck::Zeroable::zeroed();
     let mut command =
         SafeCommand { control: [0.5, 0.0], control_kind: ControlKind::Unicycle.code(), ..command };
-    command.ledger.filter_published_ns = BEGIN_NS;
+    command.ledger.filter_woke_ns = BEGIN_NS;
     for (name, mut source) in sources() {
         source.poll(BEGIN_NS);
         source.command(&command, BEGIN_NS);

@@ -391,7 +391,7 @@ fn in_a_closed_loop_the_robot_obeys_and_runs_into_those_who_stand_in_its_way() {
                 states.push(state);
             }
         }
-        command.ledger.filter_published_ns = now_ns;
+        command.ledger.filter_woke_ns = now_ns;
         source.command(&command, now_ns);
     }
     let last = states.last().expect("states");
