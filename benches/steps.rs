@@ -9,7 +9,9 @@ mod scenes;
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use scenes::{BarrierStep, Drive, EstimatorStep, FilterStep, NetworkStep, QpStep, Recordings, Ros2Coding};
+use scenes::{
+    BarrierStep, Drive, EstimatorStep, FilterStep, NetworkStep, QpStep, Recordings, Ros2Coding, SearchStep,
+};
 use settings::{EstimatorKind, KernelChoice};
 
 const PEOPLE: [usize; 5] = [1, 5, 15, 20, 64];
@@ -20,11 +22,19 @@ fn main() {
 
 #[divan::bench_group]
 mod filter {
-    use super::{BarrierStep, Bencher, FilterStep, KernelChoice, NetworkStep, PEOPLE, QpStep, black_box};
+    use super::{
+        BarrierStep, Bencher, FilterStep, KernelChoice, NetworkStep, PEOPLE, QpStep, SearchStep, black_box,
+    };
 
     #[divan::bench(args = PEOPLE)]
     fn step(bencher: Bencher<'_, '_>, people: usize) {
         let mut filter = FilterStep::new(people, KernelChoice::Auto);
+        bencher.bench_local(|| black_box(filter.step()));
+    }
+
+    #[divan::bench(args = PEOPLE)]
+    fn step_with_search(bencher: Bencher<'_, '_>, people: usize) {
+        let mut filter = SearchStep::new(people, KernelChoice::Auto);
         bencher.bench_local(|| black_box(filter.step()));
     }
 

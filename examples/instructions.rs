@@ -17,7 +17,7 @@ mod scenes;
 use std::hint::black_box;
 
 use barrier::Kernel;
-use scenes::{Drive, ESTIMATORS, EstimatorStep, FilterStep, NetworkStep, QpStep, Ros2Coding};
+use scenes::{Drive, ESTIMATORS, EstimatorStep, FilterStep, NetworkStep, QpStep, Ros2Coding, SearchStep};
 use settings::KernelChoice;
 
 /// Calls before the one that counts: buffers are then in use and plans stand.
@@ -50,6 +50,10 @@ fn main() {
         for people in [1, 5, 20] {
             let mut filter = FilterStep::new(people, choice);
             count(&format!("filter_step/{kernel}/{people}"), || filter.step());
+        }
+        for people in [5, 20] {
+            let mut filter = SearchStep::new(people, choice);
+            count(&format!("filter_step/{kernel}/{people}/search"), || filter.step());
         }
         let mut network = NetworkStep::new(20, kernel);
         count(&format!("network/{kernel}/20"), || network.step());

@@ -8,12 +8,12 @@ use bytemuck::Zeroable;
 use cbf_filter::{Inputs, SafetyFilter, load_model};
 use dynamics::{InputBox, RobotObstaclePair, UnicyclePair};
 use messages::{
-    ControlKind, Intent, NominalCommand, Obstacle, ObstacleQuality, Obstacles, RobotState, SafeCommand,
+    ControlKind, Goal, Intent, NominalCommand, Obstacle, ObstacleQuality, Obstacles, RobotState, SafeCommand,
 };
 use node_runtime::Tick;
 use settings::{KernelChoice, Settings};
 
-use super::{START_NS, settings, stamp};
+use super::{NS_PER_MS, START_NS, settings, stamp};
 
 /// Robot poses and nominal commands that take turns, so that no branch is foreseen from the call before.
 pub const VARIANTS: usize = 64;
@@ -94,6 +94,50 @@ impl FilterStep {
             goal: None,
         };
         self.filter.step(&inputs, Tick::timer(START_NS, START_NS))
+    }
+}
+
+/// `SafetyFilter::step` with a goal beyond the crowd, in cycles that each look for a way through it.
+pub struct SearchStep {
+    filter: SafetyFilter,
+    obstacles: Box<Obstacles>,
+    goal: Goal,
+    period_ns: u64,
+    next: usize,
+}
+
+impl SearchStep {
+    pub fn new(people: usize, kernel: KernelChoice) -> Self {
+        let mut settings = settings();
+        settings.filter.kernel = kernel;
+        let model = load_model(&settings.filter.model).unwrap();
+        Self {
+            filter: SafetyFilter::new(&settings, &model).unwrap(),
+            obstacles: Box::new(obstacles(people)),
+            goal: Goal { stamp: stamp(START_NS), position_in_odom_m: [12.0, 0.0], ..Goal::zeroed() },
+            period_ns: settings.filter.anticipation.unwrap().period_ms * NS_PER_MS,
+            next: 0,
+        }
+    }
+
+    /// The same people where they were, seen anew a search's period after the step before.
+    pub fn step(&mut self) -> SafeCommand {
+        let now_ns = START_NS + self.next as u64 * self.period_ns;
+        let variant = self.next % VARIANTS;
+        self.next += 1;
+        self.obstacles.stamp = stamp(now_ns);
+        for person in &mut self.obstacles.items {
+            (person.measured_at_ns, person.valid_at_ns) = (now_ns, now_ns);
+        }
+        let robot_state = RobotState { stamp: stamp(now_ns), ..robot_state(variant) };
+        let nominal = NominalCommand { stamp: stamp(now_ns), ..nominal(variant) };
+        let inputs = Inputs {
+            robot_state: Some(&robot_state),
+            obstacles: Some(&self.obstacles),
+            nominal: Some(&nominal),
+            goal: Some(&self.goal),
+        };
+        self.filter.step(&inputs, Tick::timer(now_ns, now_ns))
     }
 }
 

@@ -13,7 +13,7 @@ mod frames;
 pub use codec::{Recordings, Ros2Coding};
 pub use drive::{Drive, GOALS_IN_ODOM_M, PERIOD_NS, STEPS_PER_GOAL};
 pub use filter::{
-    BarrierStep, FilterStep, NetworkStep, QpStep, VARIANTS, nominal_control, person, robot_pose,
+    BarrierStep, FilterStep, NetworkStep, QpStep, SearchStep, VARIANTS, nominal_control, person, robot_pose,
 };
 pub use frames::{ESTIMATORS, EstimatorStep};
 
