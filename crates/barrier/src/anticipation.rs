@@ -152,7 +152,7 @@ impl Anticipation {
         let goal = frame.point(goal_in_odom_m);
         self.people.predict(&frame, obstacles, paces_mps);
         self.manoeuvres.toward(x, goal, &mut self.xs, &mut self.ys);
-        let nominal_risk_s = self.people.risk(&self.xs, &self.ys, Risk::UNKNOWN, f32::INFINITY).risk_s;
+        let nominal_risk_s = self.people.whole_risk_s(&self.xs, &self.ys);
         if f64::from(nominal_risk_s) <= self.horizon.negligible_risk_s {
             self.under_way = None;
             return None;
@@ -166,7 +166,7 @@ impl Anticipation {
         if let Some((manoeuvre, begun_s)) = &self.under_way {
             self.manoeuvres.follow(manoeuvre, *begun_s, x, &mut self.xs, &mut self.ys);
             let cost_s = self.manoeuvres.time_to_goal_s(&self.xs, &self.ys, goal)
-                + self.people.risk(&self.xs, &self.ys, Risk::UNKNOWN, f32::INFINITY).risk_s
+                + self.people.whole_risk_s(&self.xs, &self.ys)
                 - CONTINUATION_BONUS_S;
             if cost_s < least_s {
                 (least_s, best) = (cost_s, Best::UnderWay);
@@ -222,25 +222,27 @@ mod tests {
 
     const GOAL: [f64; 2] = [12.0, 0.0];
 
+    /// What the tests of the people take, too.
+    pub(super) const HORIZON: AnticipationHorizon = AnticipationHorizon {
+        horizon_s: 3.0,
+        moments: 32,
+        clearance_m: 0.5,
+        clearance_growth_mps: 0.15,
+        risk_weight: 20.0,
+        turn_share: 0.05,
+        trust_s: 2.0,
+        negligible_risk_s: 0.02,
+        cruise_speed_mps: 1.0,
+    };
+
     fn searches() -> [Anticipation; 2] {
-        let horizon = AnticipationHorizon {
-            horizon_s: 3.0,
-            moments: 32,
-            clearance_m: 0.5,
-            clearance_growth_mps: 0.15,
-            risk_weight: 20.0,
-            turn_share: 0.05,
-            trust_s: 2.0,
-            negligible_risk_s: 0.02,
-            cruise_speed_mps: 1.0,
-        };
         let unicycle =
             AnticipatingRobot::Unicycle { control: InputBox::new([0.25, -0.8], [1.0, 0.8]).unwrap() };
         let double_integrator = AnticipatingRobot::DoubleIntegrator {
             control: InputBox::new([-2.0; 2], [2.0; 2]).unwrap(),
             max_speed_mps: 2.0,
         };
-        [unicycle, double_integrator].map(|robot| Anticipation::new(robot, horizon))
+        [unicycle, double_integrator].map(|robot| Anticipation::new(robot, HORIZON))
     }
 
     fn crowd(rng: &mut Pcg64) -> Vec<BarrierObstacle> {
@@ -268,8 +270,7 @@ mod tests {
                 let goal = frame.point(GOAL);
                 search.manoeuvres.toward(&x, goal, &mut search.xs, &mut search.ys);
                 let cost_s = |xs: &[f32], ys: &[f32]| {
-                    search.manoeuvres.time_to_goal_s(xs, ys, goal)
-                        + search.people.risk(xs, ys, Risk::UNKNOWN, f32::INFINITY).risk_s
+                    search.manoeuvres.time_to_goal_s(xs, ys, goal) + search.people.whole_risk_s(xs, ys)
                 };
                 let nominal_s = cost_s(&search.xs, &search.ys);
                 let of_all = (0..search.manoeuvres.count()).map(|index| {
@@ -278,9 +279,7 @@ mod tests {
                 });
                 let (least_s, index) = of_all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
                 if control.is_none() {
-                    let negligible =
-                        search.people.risk(&search.xs, &search.ys, Risk::UNKNOWN, f32::INFINITY).risk_s
-                            <= 0.02;
+                    let negligible = search.people.whole_risk_s(&search.xs, &search.ys) <= 0.02;
                     assert!(negligible || nominal_s <= least_s);
                     continue;
                 }

@@ -69,8 +69,6 @@ pub(super) struct Manoeuvres {
     manoeuvres: Vec<Manoeuvre>,
     /// Which row of `xs` and of `ys` a manoeuvre takes.
     rows: Vec<[usize; 2]>,
-    /// Where manoeuvres end, m.
-    ends: Vec<[f32; 2]>,
     /// Which of the beginnings a manoeuvre has.
     beginning_of: Vec<usize>,
     beginnings: Vec<Beginning>,
@@ -92,7 +90,6 @@ impl Manoeuvres {
             cruise_speed_mps: horizon.cruise_speed_mps,
             manoeuvres: Vec::new(),
             rows: Vec::new(),
-            ends: Vec::new(),
             beginning_of: Vec::new(),
             beginnings: Vec::new(),
             profiles: Vec::new(),
@@ -106,10 +103,8 @@ impl Manoeuvres {
                 all.list_double_integrator(max_speed_mps, horizon.horizon_s);
             }
         }
-        all.ends = vec![[0.0; 2]; all.count()];
         let rows = all.xs.len() / all.moments;
         all.near = [vec![false; rows], vec![false; rows]];
-        all.find_ends();
         all
     }
 
@@ -206,14 +201,6 @@ impl Manoeuvres {
             for (profile, ways) in rest.iter().zip(rest_tables.chunks_exact_mut(self.moments)) {
                 accelerate(&[*profile], x[axis + 2], limits, self.step_s, ways);
             }
-        }
-        self.find_ends();
-    }
-
-    fn find_ends(&mut self) {
-        for ([end_x, end_y], &[x, y]) in self.ends.iter_mut().zip(&self.rows) {
-            let last_of = |row: usize| (row + 1) * self.moments - 1;
-            (*end_x, *end_y) = (self.xs[last_of(x)], self.ys[last_of(y)]);
         }
     }
 
@@ -319,21 +306,18 @@ impl Manoeuvres {
     /// [`Self::time_to_goal_s`] of every manoeuvre, in their order.
     pub(super) fn times_to_goal_s(&mut self, goal: [f64; 2], times_s: &mut [f32]) {
         let (arrival, last) = (self.arrival(goal), self.moments - 1);
-        for (time_s, &[x, y]) in times_s.iter_mut().zip(&self.ends) {
-            *time_s = arrival.time_s(last, x, y);
+        for (time_s, rows) in times_s.iter_mut().zip(&self.rows) {
+            let [x, y] = rows.map(|row| row * self.moments + last);
+            *time_s = arrival.time_s(last, self.xs[x], self.ys[y]);
         }
         if !self.could_reach(goal) {
             return;
         }
         // Only a path that comes near along both axes is worth a look at every moment.
-        for (near, (table, goal)) in
-            self.near.iter_mut().zip([&self.xs, &self.ys].into_iter().zip(arrival.goal))
-        {
-            for (near, ways) in near.iter_mut().zip(table.chunks_exact(self.moments)) {
-                let asked = ways.iter().skip(REACHED_EVERY - 1).step_by(REACHED_EVERY);
-                *near = asked.filter(|&way| (goal - way).abs() < NEAR_M).count() > 0;
-            }
-        }
+        let [goal_x, goal_y] = arrival.goal;
+        let [near_x, near_y] = &mut self.near;
+        find_near(&self.xs, self.moments, goal_x, near_x);
+        find_near(&self.ys, self.moments, goal_y, near_y);
         for (index, &[x, y]) in self.rows.iter().enumerate() {
             if self.near[0][x] && self.near[1][y] {
                 let (xs, ys) = self.path(index);
@@ -429,6 +413,14 @@ fn accelerate<const N: usize>(
         for k in 0..N {
             ways[k * moments + moment] = way_m[k] as f32;
         }
+    }
+}
+
+/// Which rows of `table`, of so many `moments` each, come near `goal` where a path is asked whether it has reached it.
+fn find_near(table: &[f32], moments: usize, goal: f32, near: &mut [bool]) {
+    for (near, ways) in near.iter_mut().zip(table.chunks_exact(moments)) {
+        let mut asked = ways.iter().skip(REACHED_EVERY - 1).step_by(REACHED_EVERY);
+        *near = asked.any(|way| (goal - way).abs() < NEAR_M);
     }
 }
 

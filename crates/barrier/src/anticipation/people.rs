@@ -132,6 +132,11 @@ impl People {
         }
     }
 
+    /// The risk of a whole path, s.
+    pub(super) fn whole_risk_s(&self, xs: &[f32], ys: &[f32]) -> f32 {
+        self.risk(xs, ys, Risk::UNKNOWN, f32::INFINITY).risk_s
+    }
+
     /// The risk of a path of which a part is `known`. The search stops where it exceeds `limit_s`.
     pub(super) fn risk(&self, xs: &[f32], ys: &[f32], known: Risk, limit_s: f32) -> Risk {
         self.risk_of(&self.pieces, xs, ys, known, limit_s)
@@ -165,22 +170,13 @@ fn length([x, y]: [f64; 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::HORIZON;
     use super::*;
 
     /// Somebody who stands, at distances from contact to far away: nobody is taken for far who is near in some moment.
     #[test]
     fn the_risk_of_passing_somebody_is_the_formulas_at_every_distance() {
-        let horizon = AnticipationHorizon {
-            horizon_s: 3.0,
-            moments: 32,
-            clearance_m: 0.5,
-            clearance_growth_mps: 0.15,
-            risk_weight: 20.0,
-            turn_share: 0.0,
-            trust_s: 2.0,
-            negligible_risk_s: 0.0,
-            cruise_speed_mps: 1.0,
-        };
+        let horizon = AnticipationHorizon { turn_share: 0.0, ..HORIZON };
         let frame = Frame { origin_m: [0.0; 2], cos_sin: [1.0, 0.0] };
         let step_s = 3.0 / 32.0;
         let xs: Vec<f32> = (1..=32).map(|moment| (step_s * f64::from(moment)) as f32).collect();
@@ -190,7 +186,7 @@ mod tests {
             let place = [1.7, f64::from(centimetres) * 0.01, 0.0, 0.0];
             let obstacle = BarrierObstacle { state: place, rate: [0.0; 4], radius_m: 0.7, model: 0 };
             people.predict(&frame, &[obstacle], &[0.0]);
-            let found_s = f64::from(people.risk(&xs, &[0.0; 32], Risk::UNKNOWN, f32::INFINITY).risk_s);
+            let found_s = f64::from(people.whole_risk_s(&xs, &[0.0; 32]));
             let expected_s: f64 = (1..=32)
                 .map(|moment| {
                     let t_s = step_s * f64::from(moment);
