@@ -58,6 +58,17 @@ fn obstacles(people: usize) -> Obstacles {
     message
 }
 
+fn settings_on(kernel: KernelChoice) -> Settings {
+    let mut settings = settings();
+    settings.filter.kernel = kernel;
+    settings
+}
+
+fn filter_of(settings: &Settings) -> SafetyFilter {
+    let model = load_model(&settings.filter.model).unwrap();
+    SafetyFilter::new(settings, &model).unwrap()
+}
+
 /// `SafetyFilter::step` with fresh inputs.
 pub struct FilterStep {
     filter: SafetyFilter,
@@ -68,12 +79,9 @@ pub struct FilterStep {
 
 impl FilterStep {
     pub fn new(people: usize, kernel: KernelChoice) -> Self {
-        let mut settings = settings();
-        settings.filter.kernel = kernel;
-        let model = load_model(&settings.filter.model).unwrap();
         let variants = (0..VARIANTS).map(|variant| (robot_state(variant), nominal(variant))).collect();
         Self {
-            filter: SafetyFilter::new(&settings, &model).unwrap(),
+            filter: filter_of(&settings_on(kernel)),
             obstacles: Box::new(obstacles(people)),
             variants,
             next: 0,
@@ -108,11 +116,9 @@ pub struct SearchStep {
 
 impl SearchStep {
     pub fn new(people: usize, kernel: KernelChoice) -> Self {
-        let mut settings = settings();
-        settings.filter.kernel = kernel;
-        let model = load_model(&settings.filter.model).unwrap();
+        let settings = settings_on(kernel);
         Self {
-            filter: SafetyFilter::new(&settings, &model).unwrap(),
+            filter: filter_of(&settings),
             obstacles: Box::new(obstacles(people)),
             goal: Goal { stamp: stamp(START_NS), position_in_odom_m: [12.0, 0.0], ..Goal::zeroed() },
             period_ns: settings.filter.anticipation.unwrap().period_ms * NS_PER_MS,
