@@ -72,8 +72,8 @@ impl CommandSink {
 
     /// Takes a command that arrived at `now_ns`. Its age counts from when the filter's cycle began, the moment at which its
     /// inputs were judged: what waited in a queue while this process slept is old, and so is what a filter held up in the
-    /// middle of its cycle made of inputs that have aged since. One that is not finite or for another robot is refused and counted; the robot
-    /// then brakes until a good one comes.
+    /// middle of its cycle made of inputs that have aged since. One that is not finite or for another robot is refused and
+    /// counted; the robot then brakes until a good one comes.
     pub fn take(&mut self, command: &SafeCommand, now_ns: u64) {
         let finite = command.control.iter().all(|value| value.is_finite());
         self.refused = match (finite, ControlKind::try_from(command.control_kind)) {
