@@ -69,6 +69,8 @@ pub(super) struct Manoeuvres {
     manoeuvres: Vec<Manoeuvre>,
     /// Which row of `xs` and of `ys` a manoeuvre takes.
     rows: Vec<[usize; 2]>,
+    /// Where manoeuvres end, m: side by side, so that their times are computed side by side.
+    ends: Vec<[f32; 2]>,
     /// Which of the beginnings a manoeuvre has.
     beginning_of: Vec<usize>,
     beginnings: Vec<Beginning>,
@@ -90,6 +92,7 @@ impl Manoeuvres {
             cruise_speed_mps: horizon.cruise_speed_mps,
             manoeuvres: Vec::new(),
             rows: Vec::new(),
+            ends: Vec::new(),
             beginning_of: Vec::new(),
             beginnings: Vec::new(),
             profiles: Vec::new(),
@@ -103,8 +106,10 @@ impl Manoeuvres {
                 all.list_double_integrator(max_speed_mps, horizon.horizon_s);
             }
         }
+        all.ends = vec![[0.0; 2]; all.count()];
         let rows = all.xs.len() / all.moments;
         all.near = [vec![false; rows], vec![false; rows]];
+        all.find_ends();
         all
     }
 
@@ -201,6 +206,14 @@ impl Manoeuvres {
             for (profile, ways) in rest.iter().zip(rest_tables.chunks_exact_mut(self.moments)) {
                 accelerate(&[*profile], x[axis + 2], limits, self.step_s, ways);
             }
+        }
+        self.find_ends();
+    }
+
+    fn find_ends(&mut self) {
+        for ([end_x, end_y], &[x, y]) in self.ends.iter_mut().zip(&self.rows) {
+            let last_of = |row: usize| (row + 1) * self.moments - 1;
+            (*end_x, *end_y) = (self.xs[last_of(x)], self.ys[last_of(y)]);
         }
     }
 
@@ -306,9 +319,8 @@ impl Manoeuvres {
     /// [`Self::time_to_goal_s`] of every manoeuvre, in their order.
     pub(super) fn times_to_goal_s(&mut self, goal: [f64; 2], times_s: &mut [f32]) {
         let (arrival, last) = (self.arrival(goal), self.moments - 1);
-        for (time_s, rows) in times_s.iter_mut().zip(&self.rows) {
-            let [x, y] = rows.map(|row| row * self.moments + last);
-            *time_s = arrival.time_s(last, self.xs[x], self.ys[y]);
+        for (time_s, &[x, y]) in times_s.iter_mut().zip(&self.ends) {
+            *time_s = arrival.time_s(last, x, y);
         }
         if !self.could_reach(goal) {
             return;
